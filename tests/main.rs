@@ -4,6 +4,7 @@ mod analytic_pairs;
 mod analytic_runs;
 mod conservation;
 mod constructed_contacts;
+mod containers;
 mod determinism;
 mod drag;
 mod edits;

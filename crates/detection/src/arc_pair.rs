@@ -27,7 +27,7 @@
 //!    Since |D|'' ≥ −a, the time until then is bounded as in Lemma 1 of `gap_search`. Likewise an
 //!    atom with |D| < S, or one with |D| < F that is not in a direction of the arc, does not touch
 //!    the outer face, of radius F = S + s, before |D| has that value; (F² − |D|²)/2F has the bounds
-//!    of 3 with F in place of R. What is behind a solid face has no other side.
+//!    of 3 with F in place of R.
 //! 6. **Fast rotors.** The atom stays within r of the centre of P: it does not reach R before that
 //!    centre reaches R − r, if this is positive.
 //! 7. **Growth without cancellation.** g(h) − g(0) = −δ·(2 D(0) + δ)/2R, with δ = V h + (R(ω_P h) −
@@ -86,7 +86,7 @@ pub(crate) fn search_arc<R: Recorder>(
         let outcome = face.first_contact(begin, [f64::INFINITY, window.end], &mut 0, search);
         search.record_touch(outcome, touch);
     }
-    if !bend.is_solid_behind() {
+    if !bend.is_one_sided() {
         let limit = window.end.min(search.limit());
         let face = OuterFace::new(&arc, edge);
         let outcome = face.first_contact_in_directions(begin, limit, search);
@@ -109,10 +109,16 @@ pub(crate) fn rate_error_at_arc(
     let top = speed + spin * atom.arm;
     let radius = (bend.radius() - (edge.radius() + atom.radius)).max(f64::MIN_POSITIVE);
     let inside = of_rate(error.at(0.0), [spin, top], radius, bend, motion);
-    if bend.is_solid_behind() {
+    if bend.is_one_sided() {
         return inside;
     }
-    let spins = [body, 1 - body].map(|one| if one == body { motion.angular_velocity[one] } else { 0.0 });
+    let spins = [body, 1 - body].map(|one| {
+        if one == body {
+            motion.angular_velocity[one]
+        } else {
+            0.0
+        }
+    });
     let circles = arc_and_atom(body, *atom, edge, bend);
     let outer = ErrorBound::of_circles(motion, speed, spins, &circles);
     let at_contact = circles[0].radius + circles[1].radius;
@@ -218,10 +224,7 @@ impl<'a> InnerFace<'a> {
         }
         let spin = arc.spin().abs();
         let orbit = if spin == 0.0 { 0.0 } else { arc.atom.arm };
-        let (top_speed, centripetal) = (
-            arc.flight.speed + spin * orbit,
-            centripetal(spin, orbit),
-        );
+        let (top_speed, centripetal) = (arc.flight.speed + spin * orbit, centripetal(spin, orbit));
         let of_circle = arc.bend.radius();
         let jerk = centripetal * (3.0 * top_speed + of_circle * spin) / radius;
         Some(Self {
@@ -329,11 +332,14 @@ impl GapFunction for InnerFace<'_> {
             self.radius
         };
         let beyond = distance - least - error;
-        let is_solid = bend.is_solid_behind() && least == bend.radius();
-        if beyond > 0.0 && !is_solid {
+        if beyond > 0.0 {
             let rate = pose.place.dot(self.arc.frame.velocity_of(pose.arm)) / distance;
             let rate = rate - self.arc.frame.rate_error_at(pose.time);
-            step = step.max(safe_step(beyond, rate, &Curvature::at_most(self.centripetal)));
+            step = step.max(safe_step(
+                beyond,
+                rate,
+                &Curvature::at_most(self.centripetal),
+            ));
         }
         let rim = self.arc.spin().abs() * self.arc.atom.arm;
         if rim > FAST_ROTOR * self.arc.flight.speed {

@@ -38,7 +38,7 @@ use crate::{
 pub struct BoundingCircles;
 
 impl Detection for BoundingCircles {
-    fn searches_ellipses(&self) -> bool {
+    fn searches_curves(&self) -> bool {
         true
     }
 

@@ -96,7 +96,7 @@ impl Default for Exact {
 }
 
 impl Detection for Exact {
-    fn searches_ellipses(&self) -> bool {
+    fn searches_curves(&self) -> bool {
         true
     }
 

@@ -197,9 +197,9 @@ pub trait Detection: Sync {
         0.0
     }
 
-    /// Whether ellipses are searched; else every search that concerns one ends as
+    /// Whether ellipses and arcs are searched; else every search that concerns one ends as
     /// [`Outcome::Unresolved`] at time 0.
-    fn searches_ellipses(&self) -> bool {
+    fn searches_curves(&self) -> bool {
         false
     }
 

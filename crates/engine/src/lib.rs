@@ -68,6 +68,7 @@ pub use run::invariants::Violation;
 pub use run::observer::Observer;
 pub use run::simulation::Simulation;
 pub use scene::atom_spec::AtomSpec;
+pub use scene::container_spec::{CircleSpec, ContainerSpec, MushroomSpec, StadiumSpec};
 pub use scene::distribution::{Distribution, Quantity};
 pub use scene::elasticity_spec::{ElasticityRule, ElasticitySpec, Restitution};
 pub use scene::error::{EditError, GridError, RunError, SceneError, StallCause};
@@ -87,7 +88,8 @@ pub use scene::stop_spec::StopSpec;
 pub use scene::thermostat_rule::{LangevinStep, SelfPropulsion, ThermostatRule};
 pub use scene::thermostat_target::ThermostatTarget;
 pub use scene::{
-    BoxSpec, BumperSpec, MoleculeSpec, Placement, RunSpec, Scene, StageSpec, StartSpec, WallSpec,
+    ArcSpec, BoxSpec, BumperSpec, MoleculeSpec, Placement, RunSpec, Scene, StageSpec, StartSpec,
+    WallSpec,
 };
 pub use scheduler::Scheduler;
 pub use start::snapshot::frame_of;

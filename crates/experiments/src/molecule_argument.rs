@@ -294,7 +294,7 @@ impl MoleculeArgument {
         let others = others.chain(scene.bumper.iter().map(|entry| &entry.tags));
         ensure!(
             !others
-                .chain(scene.wall.iter().map(|entry| &entry.tags))
+                .chain(scene.wall_tags())
                 .any(|tags| tags.contains(body)),
             "--body {body}: other bodies of this scene have this tag, too"
         );

@@ -29,7 +29,7 @@ pub struct Bend {
     radius: f64,
     direction: DVec2,
     half_angle: f64,
-    solid_behind: bool,
+    one_sided: bool,
     #[serde(skip_serializing)]
     cosine: f64,
     #[serde(skip_serializing)]
@@ -42,7 +42,7 @@ struct Written {
     radius: f64,
     direction: DVec2,
     half_angle: f64,
-    solid_behind: bool,
+    one_sided: bool,
 }
 
 impl TryFrom<Written> for Bend {
@@ -51,7 +51,7 @@ impl TryFrom<Written> for Bend {
     fn try_from(written: Written) -> Result<Self, GeometryError> {
         let bend = Self::about(written.radius, written.direction, written.half_angle)?;
         Ok(Self {
-            solid_behind: written.solid_behind,
+            one_sided: written.one_sided,
             ..bend
         })
     }
@@ -103,18 +103,18 @@ impl Bend {
             radius,
             direction,
             half_angle,
-            solid_behind: false,
+            one_sided: false,
             cosine,
             sine,
         })
     }
 
-    /// This arc as the border of a cavity: all that is farther from the centre, in the directions
-    /// of the arc, is solid.
+    /// This arc as a part of a closed border, outside which there is no body: only its inner side
+    /// is searched, so that bodies with straight sides can meet it. What comes from outside passes.
     #[must_use]
-    pub fn solid_behind(self) -> Self {
+    pub fn one_sided(self) -> Self {
         Self {
-            solid_behind: true,
+            one_sided: true,
             ..self
         }
     }
@@ -156,9 +156,9 @@ impl Bend {
         self.half_angle == PI
     }
 
-    /// Whether all that is farther from the centre is solid, see [`Self::solid_behind`].
-    pub fn is_solid_behind(&self) -> bool {
-        self.solid_behind
+    /// Whether only its inner side is searched, see [`Self::one_sided`].
+    pub fn is_one_sided(&self) -> bool {
+        self.one_sided
     }
 
     /// Its ends, the second counter-clockwise from the middle (length).
@@ -175,16 +175,14 @@ impl Bend {
         let turn = 2.0 * self.half_angle / f64::from(pieces);
         let start = self.radius * self.direction;
         let half = self.half_angle;
-        (0..=pieces).map(move |piece| {
-            DVec2::from_angle(f64::from(piece) * turn - half).rotate(start)
-        })
+        (0..=pieces)
+            .map(move |piece| DVec2::from_angle(f64::from(piece) * turn - half).rotate(start))
     }
 
     /// Whether a point, relative to the centre (length), lies in a direction of the arc, or beyond
     /// its ends by at most `rounding` (length).
     pub fn faces(&self, place: DVec2, rounding: f64) -> bool {
-        self.is_circle()
-            || self.direction.dot(place) >= self.cosine * place.length() - rounding
+        self.is_circle() || self.direction.dot(place) >= self.cosine * place.length() - rounding
     }
 
     /// As [`Edge::nearest_to_rounding`](crate::Edge::nearest_to_rounding).
@@ -210,7 +208,7 @@ impl Bend {
         } else {
             self.direction
         };
-        if from_centre < self.radius || self.solid_behind {
+        if from_centre < self.radius {
             Nearest {
                 distance: self.radius - from_centre,
                 direction: -outwards,
@@ -244,12 +242,6 @@ mod tests {
             prop_assert!(nearest.distance <= found + 1e-12 && found <= nearest.distance + step, "{nearest:?} {found}");
             let foot = place - nearest.distance * nearest.direction;
             prop_assert!((foot.length() - radius).abs() < 1e-12);
-            let again = bend.solid_behind().nearest(place, 0.0);
-            if bend.faces(place, 0.0) {
-                prop_assert_eq!(again.distance, radius - place.length());
-            } else {
-                prop_assert_eq!(again, nearest);
-            }
         }
     }
 
@@ -258,7 +250,16 @@ mod tests {
         for from in [0.0, 1.0, -3.0, 100.0] {
             assert!(Bend::new(1.0, [from, from + TAU]).unwrap().is_circle());
         }
-        for angle in [0.0, -1.0, 1e-4, TAU - 1e-4, TAU + 1e-4, 7.0, f64::NAN, f64::INFINITY] {
+        for angle in [
+            0.0,
+            -1.0,
+            1e-4,
+            TAU - 1e-4,
+            TAU + 1e-4,
+            7.0,
+            f64::NAN,
+            f64::INFINITY,
+        ] {
             assert!(Bend::new(1.0, [0.0, angle]).is_err(), "{angle}");
         }
         for radius in [0.0, -1.0, f64::NAN, f64::INFINITY] {

@@ -119,7 +119,7 @@ impl Edge {
             half_length: of_circle * bend.half_angle(),
             reach: of_circle,
             radius,
-            solid_behind: bend.is_solid_behind(),
+            solid_behind: false,
             bend: Some(bend),
         })
     }
@@ -185,8 +185,8 @@ impl Edge {
         self.radius
     }
 
-    /// Whether everything behind the edge is solid, as with a half-plane and outside a cavity
-    /// ([`Bend::solid_behind`]); other edges can be touched on both sides.
+    /// Whether everything behind the edge is solid, as with a half-plane; other edges can be
+    /// touched on both sides.
     pub fn is_solid_behind(&self) -> bool {
         self.solid_behind
     }

@@ -206,7 +206,12 @@ impl<'a> RelativeParts<'a> {
     fn depth_of_crossings(&self) -> f64 {
         let mut deepest: f64 = 0.0;
         // Of a body that crosses the border of a cavity, a corner is outside.
-        for edge in self.body.edges().iter().filter(|edge| edge.bend().is_none()) {
+        for edge in self
+            .body
+            .edges()
+            .iter()
+            .filter(|edge| edge.bend().is_none())
+        {
             for &(ends, radius) in &self.edges {
                 if segments_meet(edge.segment(), ends) {
                     let way = ends.map(|end| edge.nearest(end).distance);

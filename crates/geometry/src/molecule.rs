@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
 use crate::{
-    Atom, AtomRow, Bend, CircleTree, Edge, Ellipse, FacingParts, GeometryError, Outline, Shape, Support,
+    Atom, AtomRow, Bend, CircleTree, Edge, Ellipse, FacingParts, GeometryError, Outline, Shape,
+    Support,
     atom::reach,
     check_positive,
     covered_area::covered_area,

@@ -86,9 +86,7 @@ pub fn room(a: Scaled<'_>, b: Scaled<'_>, separation: DVec2, margin: f64) -> f64
             };
             let until = match edge.bend() {
                 Some(bend) => approach.until_arc(bend, b.scale, 1.0),
-                None => {
-                    approach.until_edge(edge, b.scale * edge.half_length(), edge.half_length())
-                }
+                None => approach.until_edge(edge, b.scale * edge.half_length(), edge.half_length()),
             };
             least = least.min(until);
         }
@@ -231,7 +229,7 @@ impl Approach {
     /// from outside; a point that leaves the arc's directions first is held by an end of the arc.
     fn until_arc(self, bend: &Bend, scale: f64, rate: f64) -> f64 {
         let (radius, radius_rate) = (scale * bend.radius(), rate * bend.radius());
-        let is_inside = bend.is_solid_behind() || self.place.length() < radius;
+        let is_inside = self.place.length() < radius;
         let along_arc = if is_inside {
             self.until_outside(radius - self.reach, radius_rate - self.reach_rate)
         } else {

@@ -85,13 +85,12 @@ impl BodyList {
             }
             head.kinds[kind].count += 1;
             let molecule = body.body.molecule();
-            if let (Some([from, to]), Some(face)) = (body.wall(), molecule.wall_edge()) {
-                let drawn = [from.x, from.y, to.x, to.y, face.radius()];
-                head.walls.push((
-                    drawn,
-                    body.body.id(),
-                    body.body.wall_temperature().is_some(),
-                ));
+            if let Some(edge) = molecule.wall_edge() {
+                let is_heated = body.body.wall_temperature().is_some();
+                for [from, to] in body.wall_segments() {
+                    let drawn = [from.x, from.y, to.x, to.y, edge.radius()];
+                    head.walls.push((drawn, body.body.id(), is_heated));
+                }
                 continue;
             }
             reach = reach.max(molecule.bounding_radius());

@@ -105,8 +105,8 @@ impl Detection for AnyDetector {
         delegate!(self, detector => detector.contact_time_lower_bound(query, lanes, horizon))
     }
 
-    fn searches_ellipses(&self) -> bool {
-        delegate!(self, detector => detector.searches_ellipses())
+    fn searches_curves(&self) -> bool {
+        delegate!(self, detector => detector.searches_curves())
     }
 
     #[inline(always)]

@@ -175,7 +175,8 @@ impl Observer for Disclinations {
             neighbours: neighbours.map(|neighbours| neighbours as u64),
         };
         self.last = members.iter().zip(neighbours).map(body).collect();
-        self.walls = view.bodies().filter_map(|body| body.wall()).collect();
+        let walls = view.bodies().flat_map(|body| body.wall_segments());
+        self.walls = walls.collect();
         self.sides = view.bounds().sides();
         self.count(view.time().to_f64());
     }

@@ -29,7 +29,8 @@
 use std::{fmt::Write as _, io};
 
 use carom_engine::{BodyView, View};
-use carom_geometry::{Atom, Interior, Molecule};
+use carom_geometry::{Atom, Edge, Interior, Molecule};
+use glam::DVec2;
 
 use crate::kinds::{kinds_of_groups, names_of_kinds};
 
@@ -93,17 +94,13 @@ pub fn write_extended_xyz(view: &View<'_>, out: &mut impl io::Write) -> io::Resu
 /// each; empty without walls.
 fn walls(view: &View<'_>) -> String {
     let wall = |view: BodyView<'_>| {
-        let ([from, to], face) = (view.wall()?, view.body.molecule().wall_edge()?);
-        Some(format!(
-            "{:?} {:?} {:?} {:?} {:?}",
-            from.x,
-            from.y,
-            to.x,
-            to.y,
-            face.radius()
-        ))
+        let radius = view.body.molecule().wall_edge().map_or(0.0, Edge::radius);
+        let piece = move |[from, to]: [DVec2; 2]| {
+            format!("{:?} {:?} {:?} {:?} {radius:?}", from.x, from.y, to.x, to.y)
+        };
+        view.wall_segments().map(piece)
     };
-    let walls: Vec<String> = view.bodies().filter_map(wall).collect();
+    let walls: Vec<String> = view.bodies().flat_map(wall).collect();
     if walls.is_empty() {
         String::new()
     } else {

@@ -238,7 +238,10 @@ pub(crate) fn bonds_between_walls(
     view: &View<'_>,
 ) -> Option<(Vec<Vec<delaunay::Bond>>, Vec<bool>)> {
     let mut bonds = delaunay::bonds(places, view.bounds())?;
-    let walls: Vec<[DVec2; 2]> = view.bodies().filter_map(|body| body.wall()).collect();
+    let walls: Vec<[DVec2; 2]> = view
+        .bodies()
+        .flat_map(|body| body.wall_segments())
+        .collect();
     let sides = view.bounds().sides();
     let is_at_wall = delaunay::cut_by_walls(&mut bonds, places, &walls, sides);
     Some((bonds, is_at_wall))

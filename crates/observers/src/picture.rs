@@ -181,10 +181,13 @@ impl PictureFrame {
 
     /// Draws a wall as lines.
     fn wall(&self, body: &BodyView<'_>, elements: &mut String) {
-        let (Some(ends), Some(edge)) = (body.wall(), body.body.molecule().wall_edge()) else {
+        let Some(edge) = body.body.molecule().wall_edge() else {
             return;
         };
-        for ends in images_of_wall(ends, edge.radius(), self.window, self.bounds) {
+        let pieces = body
+            .wall_segments()
+            .flat_map(|ends| images_of_wall(ends, edge.radius(), self.window, self.bounds));
+        for ends in pieces {
             let [from, to] = ends.map(|end| self.place_of(end));
             let stroke = (2.0 * edge.radius() * self.scale).max(MIN_LINE_WIDTH);
             write_to(

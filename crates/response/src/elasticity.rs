@@ -4,7 +4,7 @@
 use thiserror::Error;
 
 /// Largest coefficient of restitution.
-const MAX_COEFFICIENT: f64 = 1e6;
+pub const MAX_COEFFICIENT: f64 = 1e6;
 
 /// Largest size of a transverse kick (mass × length / time).
 const MAX_KICK: f64 = 1e60;

@@ -36,7 +36,7 @@ mod rough;
 mod thermal_wall;
 
 pub use contact_frame::{ContactFrame, approach_speed};
-pub use elasticity::{Elasticity, ElasticityError};
+pub use elasticity::{Elasticity, ElasticityError, MAX_COEFFICIENT};
 pub use impulse::{Impact, apply_impulse, reduced_mass};
 pub use thermal_wall::{ThermalDraw, thermal_motion};
 

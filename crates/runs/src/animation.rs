@@ -18,6 +18,7 @@ use carom::{
     engine::Body,
     observers::{FlightLog, LoggedFlight, colour, coloured_kinds, drawn_circles, packed_contours},
 };
+use carom_geometry::Edge;
 use carom_methods::AnySimulation;
 use glam::DVec2;
 use serde::Serialize;
@@ -337,11 +338,9 @@ fn walls(view: &View<'_>, part: Option<&VisibleRegion>) -> Vec<[f64; 5]> {
     let wall = |ends: [DVec2; 2], radius| [ends[0].x, ends[0].y, ends[1].x, ends[1].y, radius];
     view.bodies()
         .filter(|body| part.is_none_or(|part| part.has(body.body)))
-        .filter_map(|body| {
-            Some(wall(
-                body.wall()?,
-                body.body.molecule().wall_edge()?.radius(),
-            ))
+        .flat_map(|body| {
+            let radius = body.body.molecule().wall_edge().map_or(0.0, Edge::radius);
+            body.wall_segments().map(move |ends| wall(ends, radius))
         })
         .collect()
 }

@@ -184,15 +184,20 @@ fn distance(view: &View<'_>, body: &BodyView<'_>, place: DVec2) -> f64 {
             .abs()
             .max_element()
     };
-    let Some([from, to]) = body.wall() else {
+    if !body.body.is_wall() {
         return nearest(body.motion.position) - body.body.molecule().bounding_radius();
-    };
+    }
     // The distance changes by at most the distance moved along the wall, so small steps come close
     // to the minimum.
-    let (steps, along) = (256, to - from);
-    let apart =
-        (0..=steps).map(|step| nearest(from + along * (f64::from(step) / f64::from(steps))));
-    apart.fold(f64::INFINITY, f64::min) - 0.5 * along.length() / f64::from(steps)
+    let of_piece = |[from, to]: [DVec2; 2]| {
+        let (steps, along) = (256, to - from);
+        let apart =
+            (0..=steps).map(|step| nearest(from + along * (f64::from(step) / f64::from(steps))));
+        apart.fold(f64::INFINITY, f64::min) - 0.5 * along.length() / f64::from(steps)
+    };
+    body.wall_segments()
+        .map(of_piece)
+        .fold(f64::INFINITY, f64::min)
 }
 
 #[cfg(test)]

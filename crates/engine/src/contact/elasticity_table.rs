@@ -335,7 +335,7 @@ pub(crate) fn rough_gases(scene: &Scene) -> Result<Vec<bool>, SceneError> {
     let gases: Vec<Tags> = scene.gas.iter().map(|gas| tags(&gas.tags)).collect();
     let singles = scene.molecule.iter().map(|spec| &spec.tags);
     let singles = singles.chain(scene.bumper.iter().map(|spec| &spec.tags));
-    let singles = singles.chain(scene.wall.iter().map(|spec| &spec.tags));
+    let singles = singles.chain(scene.wall_tags());
     let mut others: Vec<Tags> = singles.map(|requested| tags(requested)).collect();
     let present = scene.gas.iter().zip(&gases);
     others.extend(

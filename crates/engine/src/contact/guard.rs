@@ -28,6 +28,12 @@
 //! their speed of approach if that is less. Such bodies bounce, by 10⁻⁸ of a diameter for c = 10⁻⁴,
 //! instead of resting against each other. This changes energies by a relative c².
 //!
+//! **Concave walls.** A body that has lost its speed across the inside of an arc follows it by
+//! contacts at ever shorter intervals, since its gap bends by v²/R; an elastic contact changes
+//! nothing in this. There the surfaces separate with at least c w, whatever their speed of
+//! approach: the body follows the wall by chords of length 2 c R. This, too, changes energies by a
+//! relative c² for each time that a body begins to slide.
+//!
 //! # Lemmas
 //!
 //! 1. **A collapse ends.** In a finite time there are finitely many contacts. Proof: the contacts
@@ -43,7 +49,7 @@
 //!    contacts.
 
 use carom_kinematics::Motion;
-use carom_response::{ContactFrame, Elasticity, approach_speed};
+use carom_response::{ContactFrame, Elasticity, MAX_COEFFICIENT, approach_speed};
 
 use crate::world::body::Body;
 
@@ -83,19 +89,41 @@ impl Guard {
             !partner.body.is_locked() && !partner.body.kind.molecule.is_disc()
         };
         let e = elasticity.coefficient();
-        if soon(&a) && soon(&b) && approach > 0.0 {
-            return Some(Elasticity::ELASTIC);
+        // Bodies that do not approach receive no impulse at any elasticity.
+        if approach <= 0.0 {
+            return None;
         }
-        let raised = if turns(&a) || turns(&b) {
-            (self.contact_time * speed / approach).clamp(e, 1.0)
+        let bounces = self.contact_time * speed / approach;
+        let follows = follows_concave_wall(frame, [&a, &b]);
+        if soon(&a) && soon(&b) {
+            let raised = if follows {
+                bounces.clamp(1.0, MAX_COEFFICIENT)
+            } else {
+                1.0
+            };
+            return Elasticity::ELASTIC.with_coefficient(raised).ok();
+        }
+        let raised = if follows {
+            bounces.clamp(e, MAX_COEFFICIENT)
+        } else if turns(&a) || turns(&b) {
+            bounces.clamp(e, 1.0)
         } else {
             e
         };
-        // Bodies that do not approach receive no impulse at any elasticity.
-        (raised > e && approach > 0.0)
+        (raised > e)
             .then(|| elasticity.with_coefficient(raised).ok())
             .flatten()
     }
+}
+
+/// Whether one of the bodies touches the inside of an arc: the arm from the centre of the circle
+/// leads away from the other body.
+fn follows_concave_wall(frame: &ContactFrame, pair: [&Partner<'_>; 2]) -> bool {
+    let to_other = [frame.line_of_centres, -frame.line_of_centres];
+    (0..2).any(|side| {
+        let edge = pair[side].body.molecule().wall_edge();
+        edge.is_some_and(|edge| edge.bend().is_some()) && frame.arms[side].dot(to_other[side]) < 0.0
+    })
 }
 
 /// The size of a body in the natural time of a contact (length): the bounding radius; infinite for

@@ -7,6 +7,7 @@ use crate::world::{
     pair_table::{PairTable, gap_with_factor},
     rounding_bound::rounding_bound,
     view::{BodyView, View},
+    wall::StandingWall,
 };
 
 /// The overlapping pairs at one time.
@@ -148,11 +149,12 @@ fn look_at_images(
     sides: DVec2,
     census: &mut OverlapCensus,
 ) {
-    let Some([first, second]) = wall.wall() else {
+    let Some(standing) = StandingWall::new(wall.body, &wall.motion) else {
         return;
     };
+    let [first, second] = standing.extent();
     let reach = body.body.reach() + wall.body.reach();
-    let extent = 0.5 * (second - first).abs() + reach;
+    let extent = 0.5 * (second - first) + reach;
     let separation = wall.motion.position - body.motion.position;
     let (low, high) = (
         (-(separation + extent) / sides).ceil(),

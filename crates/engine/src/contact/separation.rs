@@ -113,6 +113,11 @@ pub(crate) fn refuse_unresolved(world: &World, table: &ElasticityTable) -> Resul
     if table.is_elastic() {
         return Ok(());
     }
+    let is_arc = |body: &Body| body.is_wall() && body.molecule().outline().has_curves();
+    let arc = world.bodies.iter().position(is_arc);
+    if let Some(arc) = arc.filter(|_| table.loses_energy() && table.guard.contact_time == 0.0) {
+        return Err(GridError::UnguardedArc(arc));
+    }
     let least = 2.0 * MIN_SEPARATION * ERROR_OF_GAP * separation_error(world) / MAX_SEPARATION;
     let groups = smallest_of_groups(world, table);
     for (n, (kind, smallest)) in groups.iter().enumerate() {
@@ -147,16 +152,32 @@ pub(crate) fn refuse_unresolved(world: &World, table: &ElasticityTable) -> Resul
     Ok(())
 }
 
-/// Refuses ellipses where the detector does not search them.
+/// Refuses ellipses and arcs where the detector does not search them, and bodies that no detector
+/// searches against the arcs of the world.
 ///
 /// # Errors
-/// [`GridError::Ellipse`].
-pub(crate) fn refuse_ellipses<D: Detection>(world: &World, detection: &D) -> Result<(), GridError> {
-    if detection.searches_ellipses() {
-        return Ok(());
+/// [`GridError::Curve`], [`GridError::BesideArc`].
+pub(crate) fn refuse_curves<D: Detection>(world: &World, detection: &D) -> Result<(), GridError> {
+    let position = |is_such: &dyn Fn(&Body) -> bool| world.bodies.iter().position(is_such);
+    let curved = position(&|body| body.molecule().outline().has_curves());
+    if let Some(body) = curved.filter(|_| !detection.searches_curves()) {
+        return Err(GridError::Curve(body));
     }
-    match world.bodies.iter().position(Body::has_ellipses) {
-        Some(body) => Err(GridError::Ellipse(body)),
+    let bend = |body: &Body| {
+        body.molecule()
+            .wall_edge()
+            .and_then(|edge| edge.bend().copied())
+    };
+    let has_open_arcs = world
+        .bodies
+        .iter()
+        .any(|body| bend(body).is_some_and(|bend| !bend.is_one_sided()));
+    let has_arcs = position(&|body| bend(body).is_some()).is_some();
+    let has_sides = |body: &Body| !body.is_wall() && !body.molecule().edges().is_empty();
+    let unsearched =
+        position(&|body| has_arcs && body.has_ellipses() || has_open_arcs && has_sides(body));
+    match unsearched {
+        Some(body) => Err(GridError::BesideArc(body)),
         None => Ok(()),
     }
 }

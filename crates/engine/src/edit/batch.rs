@@ -11,7 +11,7 @@ use carom_response::Response;
 use crate::{
     contact::{
         elasticity_table::ElasticityTable,
-        separation::{refuse_ellipses, refuse_unresolved},
+        separation::{refuse_curves, refuse_unresolved},
         simultaneous_contacts::SimultaneousContacts,
         unresolved::Unresolved,
     },
@@ -506,7 +506,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         } = batch;
         let resolves = |world: &World, elasticity: &ElasticityTable| {
             let checked = refuse_unresolved(world, elasticity);
-            let checked = checked.and_then(|()| refuse_ellipses(world, &self.detection));
+            let checked = checked.and_then(|()| refuse_curves(world, &self.detection));
             checked.map_err(|reason| {
                 reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
             })

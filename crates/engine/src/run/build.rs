@@ -9,7 +9,7 @@ use crate::{
     cells::CellScheduler,
     contact::{
         elasticity_table::ElasticityTable,
-        separation::{refuse_ellipses, refuse_unresolved},
+        separation::{refuse_curves, refuse_unresolved},
     },
     run::{growth::Growth, simulation::Simulation},
     scene::{Placement, Scene, drag::drag_clock, error::SceneError},
@@ -95,7 +95,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let mut elasticity = ElasticityTable::new(&scene.elasticity, &mut singles.names)?;
         elasticity.classify(&mut world, &response)?;
         refuse_unresolved(&world, &elasticity)
-            .and_then(|()| refuse_ellipses(&world, &detection))
+            .and_then(|()| refuse_curves(&world, &detection))
             .map_err(|reason| reason.named(|body| singles.entry_of(body, &counts)))?;
         world.clock = drag_clock("box.drag", scene.bounds.drag)?;
         world.random_key = [scene.bounds.seed, scene.bounds.replica];

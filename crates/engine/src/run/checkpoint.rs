@@ -19,7 +19,7 @@ use crate::{
     contact::{
         elasticity_table::ElasticityTable,
         limits::too_slow,
-        separation::{refuse_ellipses, refuse_unresolved},
+        separation::{refuse_curves, refuse_unresolved},
         simultaneous_contacts::SimultaneousContacts,
         unresolved::Unresolved,
     },
@@ -306,7 +306,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         elasticity.classify(&mut world, &response)?;
         let checked = refuse_unresolved(&world, &elasticity);
         checked
-            .and_then(|()| refuse_ellipses(&world, &detection))
+            .and_then(|()| refuse_curves(&world, &detection))
             .map_err(|reason| {
                 reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
             })?;

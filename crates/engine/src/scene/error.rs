@@ -212,9 +212,21 @@ pub enum GridError {
         /// Indices of the two bodies in [`World::bodies`](crate::World::bodies).
         bodies: [usize; 2],
     },
-    /// An ellipse, and a detector that does not search ellipses.
-    #[error("this detector does not search ellipses; use method.detector = \"exact\"")]
-    Ellipse(usize),
+    /// An ellipse or an arc, and a detector that does not search them.
+    #[error("this detector does not search ellipses and arcs; use method.detector = \"exact\"")]
+    Curve(usize),
+    /// An arc and contacts that lose energy, without a guard against inelastic collapse.
+    #[error(
+        "contacts that lose energy need a guard beside arcs, `elasticity.contact_time` above 0, but it is 0: a body \
+         that comes to rest against the inside of an arc follows it by contacts without end"
+    )]
+    UnguardedArc(usize),
+    /// A body with sides or of ellipses in a world with arcs that it cannot be searched against.
+    #[error(
+        "a body of ellipses is not searched against arcs, and one with straight sides only from inside arcs that are \
+         one-sided: use discs and molecules of discs, or for straight sides a `[[container]]`"
+    )]
+    BesideArc(usize),
     /// Atoms whose contacts change energy, and so small in this box that detection resolves their
     /// speed of separation only to more than a thousandth of their speed.
     #[error(
@@ -245,7 +257,7 @@ impl GridError {
                 let (a, b) = (name(a), name(b));
                 if a == b { a } else { format!("{a} and {b}") }
             }
-            Self::Ellipse(body) => name(body),
+            Self::Curve(body) | Self::BesideArc(body) | Self::UnguardedArc(body) => name(body),
             Self::CellsPerSide(_) => "the grid".to_owned(),
         };
         SceneError::Grid {

@@ -4,6 +4,7 @@
 //! times are in the user's units.
 
 pub(crate) mod atom_spec;
+pub(crate) mod container_spec;
 pub(crate) mod distribution;
 pub(crate) mod drag;
 pub(crate) mod elasticity_spec;
@@ -36,6 +37,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     scene::{
         atom_spec::AtomSpec,
+        container_spec::ContainerSpec,
         elasticity_spec::ElasticitySpec,
         gas_spec::{GasSpec, serialize_gases},
         measure_from::MeasureFrom,
@@ -73,8 +75,11 @@ pub struct Scene {
     pub molecule: Vec<MoleculeSpec>,
     /// Fixed discs.
     pub bumper: Vec<BumperSpec>,
-    /// Fixed straight walls.
+    /// Fixed walls.
     pub wall: Vec<WallSpec>,
+    /// Closed cavities that hold gases.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub container: Vec<ContainerSpec>,
     /// Many molecules of one kind each.
     #[serde(serialize_with = "serialize_gases")]
     pub gas: Vec<GasSpec>,
@@ -280,6 +285,9 @@ pub struct WallSpec {
         skip_serializing_if = "Option::is_none"
     )]
     pub to: Option<[f64; 2]>,
+    /// The wall is an arc of a circle. Excludes `from`, `to`, `x` and `y`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arc: Option<ArcSpec>,
     /// The wall is the line of all points with this x (length).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x: Option<f64>,
@@ -303,6 +311,34 @@ pub struct WallSpec {
     #[doc(alias = "diffuse reflection")]
     #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
     pub temperature: Option<f64>,
+}
+
+/// An arc of a circle, or the whole circle: a curved wall, of which both sides can be touched.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct ArcSpec {
+    /// Centre of the circle (length).
+    pub at: [f64; 2],
+    /// Radius of the circle (length).
+    #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
+    pub radius: f64,
+    /// Direction from the centre to the first end (radians). Default: 0.
+    #[serde(default)]
+    pub from: f64,
+    /// Direction from the centre to the last end (radians), counter-clockwise from the first by
+    /// 0.002 to 2π − 0.002, or by 2π. Default: 2π.
+    #[serde(default = "whole_turn")]
+    pub to: f64,
+    /// Whether only the inner side can be touched: for an arc that is part of a closed border,
+    /// outside which there is no body. What comes from outside passes. Bodies with straight sides
+    /// need it.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub one_sided: bool,
+}
+
+fn whole_turn() -> f64 {
+    std::f64::consts::TAU
 }
 
 /// How the gases of a scene are placed, all together.

@@ -101,7 +101,7 @@ impl Scene {
     pub(crate) fn refuse_unknown_pairs(&self) -> Result<(), SceneError> {
         let singles = self.molecule.iter().map(|body| &body.tags);
         let bumpers = self.bumper.iter().map(|body| &body.tags);
-        let walls = self.wall.iter().map(|body| &body.tags);
+        let walls = self.wall_tags();
         let gases = self.gas.iter().map(|gas| &gas.tags);
         let added = |stage: &'_ StageSpec| -> Vec<String> {
             let molecules = stage.add.iter().flat_map(|body| body.tags.iter());

@@ -6,9 +6,9 @@ use rand::RngExt;
 use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
-use crate::scene::two_numbers::optional_range;
+use crate::scene::{Scene, container_spec::Cavity, gas_spec::GasSpec, two_numbers::optional_range};
 
-/// A rectangle along the axes, in which the centres of mass of a gas are placed.
+/// A rectangle along the axes, or a container, in which the centres of mass of a gas are placed.
 ///
 /// It says where the molecules start, not where they stay: enclose a gas by walls to keep it. Walls
 /// across the box keep it while it grows and relaxes, too ([`[start]`](crate::StartSpec)).
@@ -50,6 +50,64 @@ pub struct Region {
         skip_serializing_if = "Option::is_none"
     )]
     pub y: Option<[f64; 2]>,
+    /// Number of the [`[[container]]`](crate::ContainerSpec) in which the gas is placed, from 0;
+    /// with `x` and `y`, in that part of it. Default: the only one, if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub container: Option<usize>,
+    /// The inside of that container.
+    #[serde(skip)]
+    pub(crate) inside: Option<Cavity>,
+}
+
+/// Most places that are drawn for one in a container. Fewer: parts of a container of 1 % of their
+/// rectangle are not found. More: an empty part takes longer to be refused.
+const MAX_DRAWS: usize = 2000;
+
+impl Scene {
+    /// The entry of a gas, with the container in which it is placed.
+    ///
+    /// # Errors
+    /// What is wrong with its region.
+    pub(crate) fn contained_gas(
+        &self,
+        index: usize,
+        bounds: &PeriodicBox,
+    ) -> Result<GasSpec, String> {
+        let mut spec = self.gas[index].clone();
+        let region = spec.region.unwrap_or_default();
+        let number = match (region.container, self.container.len()) {
+            (None, 0) => return Ok(spec),
+            (None, 1) => 0,
+            (None, several) => {
+                return Err(format!(
+                    "the scene has {several} containers: say in which of them the gas is placed, as \
+                     `region = {{ container = 0 }}`"
+                ));
+            }
+            (Some(number), several) if number >= several => {
+                return Err(format!(
+                    "`region.container` must be below the number of containers, {several}, but is {number}"
+                ));
+            }
+            (Some(number), _) => number,
+        };
+        let cavity = self.container[number].cavity(bounds.sides());
+        let cavity = cavity.map_err(|reason| format!("container[{number}]: {reason}"))?;
+        if spec.area_fraction.is_some() && (region.x.is_some() || region.y.is_some()) {
+            return Err(
+                "a part of a container has no known area: give `count`, or `region` without `x` and `y`"
+                    .to_owned(),
+            );
+        }
+        let [low, high] = cavity.extent();
+        spec.region = Some(Region {
+            x: region.x.or(Some([low.x, high.x])),
+            y: region.y.or(Some([low.y, high.y])),
+            container: Some(number),
+            inside: Some(cavity),
+        });
+        Ok(spec)
+    }
 }
 
 impl Region {
@@ -87,14 +145,34 @@ impl Region {
         DVec2::new(extent(self.x, x), extent(self.y, y))
     }
 
-    /// A uniform place in it, in a box (length).
+    /// A uniform place in it, in a box (length); any place of its rectangle if no place in the
+    /// container is found.
     pub(crate) fn draw(&self, bounds: &PeriodicBox, random: &mut Pcg64) -> DVec2 {
-        let share = DVec2::new(random.random(), random.random());
-        self.corner() + share * self.extent(bounds)
+        let mut draw = || {
+            let share = DVec2::new(random.random(), random.random());
+            self.corner() + share * self.extent(bounds)
+        };
+        let first = draw();
+        if self.is_inside(bounds, first) {
+            return first;
+        }
+        let mut drawn = std::iter::repeat_with(draw).take(MAX_DRAWS);
+        drawn
+            .find(|&place| self.is_inside(bounds, place))
+            .unwrap_or(first)
+    }
+
+    /// Whether a place is inside the container, if there is one.
+    fn is_inside(&self, bounds: &PeriodicBox, place: DVec2) -> bool {
+        self.inside
+            .is_none_or(|cavity| cavity.contains(bounds, place))
     }
 
     /// Its area in a box (length²).
     pub(crate) fn area(&self, bounds: &PeriodicBox) -> f64 {
+        if let Some(cavity) = self.inside {
+            return cavity.area();
+        }
         let extent = self.extent(bounds);
         extent.x * extent.y
     }
@@ -104,7 +182,7 @@ impl Region {
         let (sides, extent) = (bounds.sides(), self.extent(bounds));
         let beyond = place - self.corner();
         let beyond = beyond - sides * (beyond / sides).floor();
-        (beyond.x <= extent.x) & (beyond.y <= extent.y)
+        (beyond.x <= extent.x) & (beyond.y <= extent.y) && self.is_inside(bounds, place)
     }
 }
 

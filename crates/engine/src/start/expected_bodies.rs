@@ -26,7 +26,7 @@ impl Scene {
     /// invalid, or are more than 2^27 of one kind.
     pub fn expected_bodies(&self) -> Result<usize, SceneError> {
         let bounds = PeriodicBox::new(DVec2::from(self.bounds.sides)).map_err(geometry("box"))?;
-        let singles = self.molecule.len() + self.bumper.len() + self.wall.len();
+        let singles = self.molecule.len() + self.bumper.len() + self.wall_count();
         (0..self.gas.len()).try_fold(singles, |sum, index| {
             expected_count(self, index, &bounds).map(|count| sum.saturating_add(count))
         })

@@ -54,6 +54,11 @@ pub(crate) fn fit_box(scene: &mut Scene, table: &toml::Table) -> Result<(), Scen
                 "`region` needs a box of given sides: give `box.sides`".to_owned(),
             ));
         }
+        if !scene.container.is_empty() {
+            return Err(problem(
+                "a `[[container]]` needs a box of given sides: give `box.sides`".to_owned(),
+            ));
+        }
         scene.gas[index].area_fraction = None;
         let unit = PeriodicBox::new(DVec2::ONE).map_err(|error| problem(error.to_string()))?;
         let areas = scene.gas[index].sum_of_areas(fraction);

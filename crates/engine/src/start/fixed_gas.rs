@@ -53,9 +53,11 @@ pub(crate) fn place(
     for molecule in 0..gas.count {
         let shape = gas.molecule(molecule);
         let is_free = |motion: &Motion| {
-            sites
-                .nearest(world, shape, motion, &tags)
-                .is_none_or(|(_, gap)| gap > 0.0)
+            let region = gas.spec.region.unwrap_or_default();
+            region.contains(world.bounds(), motion.position)
+                && sites
+                    .nearest(world, shape, motion, &tags)
+                    .is_none_or(|(_, gap)| gap > 0.0)
         };
         let place = std::iter::repeat_with(|| drawn(gas, world.bounds(), &mut random))
             .take(TRIALS)

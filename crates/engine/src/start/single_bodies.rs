@@ -3,14 +3,17 @@
 
 use std::sync::Arc;
 
-use carom_geometry::{GeometryError, MAX_MAGNITUDE, Molecule, PeriodicBox, check_length};
+use carom_geometry::{Bend, GeometryError, MAX_MAGNITUDE, Molecule, PeriodicBox, check_length};
 use carom_kinematics::{Inertia, Motion, Orientation};
 use glam::DVec2;
 
 use crate::{
     contact::limits::refuse_slow,
     grid::Grid,
-    scene::{MoleculeSpec, Scene, WallSpec, atom_spec::AtomSpec, error::SceneError},
+    scene::{
+        ArcSpec, MoleculeSpec, Scene, WallSpec, atom_spec::AtomSpec, container_spec::Cavity,
+        error::SceneError,
+    },
     start::{
         body_builder::{geometry, inertia, insert},
         sites::Sites,
@@ -65,6 +68,35 @@ impl Singles {
             let entry = format!("wall[{index}]");
             add_wall(&mut world, &mut names, spec, &entry)?;
             entries.push(entry);
+        }
+        let mut cavities = Vec::new();
+        for (index, spec) in scene.container.iter().enumerate() {
+            let entry = format!("container[{index}]");
+            let cavity = spec.cavity(world.bounds().sides());
+            let cavity = cavity.map_err(|problem| SceneError::Entry {
+                entry: entry.clone(),
+                problem,
+            })?;
+            cavities.push(cavity);
+            for wall in spec.walls(cavity) {
+                add_wall(&mut world, &mut names, &wall, &entry)?;
+                entries.push(entry.clone());
+            }
+        }
+        // From outside, the arcs of a container would be passed.
+        let is_outside = |index: &usize| {
+            let place = world.motions[*index].position;
+            let holds = |cavity: &Cavity| cavity.contains(world.bounds(), place);
+            !world.bodies[*index].is_fixed() && !cavities.iter().any(holds)
+        };
+        if let Some(body) = (0..world.bodies.len())
+            .find(is_outside)
+            .filter(|_| !cavities.is_empty())
+        {
+            return Err(SceneError::Entry {
+                entry: entries[body].clone(),
+                problem: "the molecule is outside the containers of the scene".to_owned(),
+            });
         }
         Ok(Self {
             world,
@@ -204,6 +236,14 @@ pub(crate) fn refuse_large_wall(
             sides.x, sides.y
         )));
     }
+    let is_wide = 2.0 * edge.reach() > sides.min_element() * (1.0 + 1e-9);
+    if edge.bend().is_some() && is_wide {
+        return Err(problem(format!(
+            "the circle of an arc must fit into the box, whose shorter side is {:e}, but its diameter is {:e}",
+            sides.min_element(),
+            2.0 * edge.reach()
+        )));
+    }
     let extent = (2.0 * edge.half_length()) * edge.along().abs();
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
         if extent[axis] > MAX_WALL_LENGTH * sides[axis] {
@@ -236,12 +276,26 @@ fn wall_across(sides: DVec2, axis: DVec2, radius: f64) -> Result<Molecule, Geome
     Molecule::wall_without_ends(axis * sides, radius)
 }
 
+/// A curved wall about the origin.
+fn arc_wall(arc: &ArcSpec, radius: f64) -> Result<Molecule, GeometryError> {
+    let bend = Bend::new(arc.radius, [arc.from, arc.to])?;
+    let bend = if arc.one_sided {
+        bend.one_sided()
+    } else {
+        bend
+    };
+    Molecule::arc(bend, radius)
+}
+
 /// Whether a wall has no end points although it does not meet its own images in a box of these
 /// sides. Detection would let bodies enter such a wall where it ends.
 pub(crate) fn is_open_wall(wall: &Molecule, orientation: Orientation, sides: DVec2) -> bool {
     let Some(edge) = wall.wall_edge().filter(|_| wall.atoms().is_empty()) else {
         return false;
     };
+    if edge.bend().is_some() {
+        return false;
+    }
     let is_across =
         |axis| wall_across(sides, axis, edge.radius()).is_ok_and(|across| across == *wall);
     orientation.turns() != 0.0 || !(is_across(DVec2::X) || is_across(DVec2::Y))
@@ -258,33 +312,40 @@ pub(crate) fn add_wall(
         entry: entry.to_owned(),
         problem: problem.to_owned(),
     };
+    let of_arc = spec.arc.map(|arc| [arc.at[0], arc.at[1], arc.from, arc.to]);
     let numbers = [spec.from, spec.to]
         .into_iter()
         .flatten()
         .flatten()
         .chain(spec.x)
-        .chain(spec.y);
+        .chain(spec.y)
+        .chain(of_arc.into_iter().flatten());
     for number in numbers {
         check_length("a place of a wall", number).map_err(geometry(entry))?;
     }
     let sides = world.bounds().sides();
-    let (centre, wall) = match (spec.from, spec.to, spec.x, spec.y) {
-        (Some(from), Some(to), None, None) => {
+    let (centre, wall) = match (spec.from, spec.to, spec.x, spec.y, spec.arc) {
+        (None, None, None, None, Some(arc)) => (DVec2::from(arc.at), arc_wall(&arc, spec.radius)),
+        (Some(from), Some(to), None, None, None) => {
             let (from, to) = (DVec2::from(from), DVec2::from(to));
             (
                 0.5 * from + 0.5 * to,
                 Molecule::wall(to - from, spec.radius),
             )
         }
-        (None, None, Some(x), None) => (
+        (None, None, Some(x), None, None) => (
             DVec2::new(x, 0.5 * sides.y),
             wall_across(sides, DVec2::Y, spec.radius),
         ),
-        (None, None, None, Some(y)) => (
+        (None, None, None, Some(y), None) => (
             DVec2::new(0.5 * sides.x, y),
             wall_across(sides, DVec2::X, spec.radius),
         ),
-        _ => return Err(problem("give a wall `from` and `to`, or `x`, or `y`")),
+        _ => {
+            return Err(problem(
+                "give a wall `from` and `to`, or `x`, or `y`, or `arc`",
+            ));
+        }
     };
     if (centre / sides).abs().max_element() > MAX_DISTANCE_IN_BOXES {
         return Err(problem(

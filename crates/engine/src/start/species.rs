@@ -92,12 +92,13 @@ impl Species {
     /// # Errors
     /// Its entry is invalid.
     pub fn new(scene: &Scene, index: usize, bounds: &PeriodicBox) -> Result<Self, SceneError> {
-        let spec = &scene.gas[index];
         let entry = format!("gas[{index}]");
         let problem = |problem: &str| SceneError::Entry {
             entry: entry.clone(),
             problem: problem.to_owned(),
         };
+        let spec = scene.contained_gas(index, bounds);
+        let spec = &spec.map_err(|reason| problem(&reason))?;
         let described = Described::new(scene, index, &entry)?;
         spec.check_fixed().map_err(|reason| problem(&reason))?;
         check_energy(&entry, spec)?;
@@ -396,7 +397,12 @@ pub(crate) fn expected_count(
     index: usize,
     bounds: &PeriodicBox,
 ) -> Result<usize, SceneError> {
-    let (spec, entry) = (&scene.gas[index], format!("gas[{index}]"));
+    let entry = format!("gas[{index}]");
+    let spec = scene.contained_gas(index, bounds);
+    let spec = &spec.map_err(|problem| SceneError::Entry {
+        entry: entry.clone(),
+        problem,
+    })?;
     match Described::new(scene, index, &entry)? {
         Described::Equal(molecule) => count(&entry, spec, bounds, &molecule),
         Described::Drawn(drawing) => {

@@ -218,7 +218,7 @@ fn broken_by(fixed: &Body, motion: &Motion) -> BVec2 {
     match fixed
         .molecule()
         .wall_edge()
-        .filter(|_| fixed.molecule().atoms().is_empty())
+        .filter(|edge| fixed.molecule().atoms().is_empty() && edge.bend().is_none())
     {
         Some(edge) => motion
             .orientation

@@ -31,6 +31,16 @@ pub(crate) fn coincident_wall(
 /// Whether two walls of the same thickness share a part of some length, if their centres differ by
 /// `offset` (length) or by that and any number of boxes.
 fn lie_together(one: &Edge, other: &Edge, offset: DVec2, bounds: &PeriodicBox) -> bool {
+    if let (Some(one_bend), Some(other_bend)) = (one.bend(), other.bend()) {
+        let (apart, size) = (
+            offset - bounds.sides() * (offset / bounds.sides()).round(),
+            one_bend.radius(),
+        );
+        return one_bend == other_bend && apart.length() <= rounding_bound(bounds.sides(), size);
+    }
+    if one.bend().is_some() || other.bend().is_some() {
+        return false;
+    }
     let (sides, lengths) = (
         bounds.sides(),
         [one, other].map(|edge| 2.0 * edge.half_length()),

@@ -150,10 +150,21 @@ impl BodyView<'_> {
         self.motion.position + bounds.shift(self.winding)
     }
 
-    /// The end points of a wall, in the image whose middle is in the box (length); `None` for other
-    /// bodies.
+    /// The end points of a straight wall, in the image whose middle is in the box (length); `None`
+    /// for other bodies.
     pub fn wall(&self) -> Option<[DVec2; 2]> {
-        StandingWall::new(self.body, &self.motion).map(|wall| wall.ends())
+        let is_straight = self.body.molecule().wall_edge()?.bend().is_none();
+        let mut segments = self.wall_segments();
+        segments.next().filter(|_| is_straight)
+    }
+
+    /// The straight pieces by which a wall is drawn, from end to end (length): one for a straight
+    /// wall, and those of a polygon through points of an arc; none for other bodies.
+    pub fn wall_segments(&self) -> impl Iterator<Item = [DVec2; 2]> + use<> {
+        let line = StandingWall::new(self.body, &self.motion).map(|wall| wall.line());
+        let line = line.unwrap_or_default();
+        let next: Vec<DVec2> = line.iter().skip(1).copied().collect();
+        line.into_iter().zip(next).map(|(from, to)| [from, to])
     }
 
     /// Centre and radius (length) of each atom, or of the end points of a wall, in the image of the

@@ -14,15 +14,20 @@ use crate::world::{
     rounding_bound::rounding_bound,
 };
 
+/// Sides of the polygon that is drawn for a circle.
+const SIDES_OF_CIRCLE: f64 = 180.0;
+
 /// Share of a cell's length by which the reach of a wall is enlarged, so that no rounding leaves a
 /// cell out.
 const MARGIN: f64 = 1e-9;
 
-/// A wall in its home image: the position of its edge, and the cells that it passes.
+/// A wall in its home image: the position of its edge, and the cells that it passes. A curved wall
+/// has its centre in that of its circle.
 #[derive(Debug, Clone, Copy)]
 pub struct StandingWall {
     centre: DVec2,
-    /// Half of its length, from the centre to the second end (length).
+    /// Half of its length, from the centre to the second end (length); of a curved wall half the
+    /// sides of the square around its circle.
     half: DVec2,
     edge: Edge,
     /// (cos, sin) of its orientation.
@@ -34,7 +39,11 @@ impl StandingWall {
     pub fn new(body: &Body, motion: &Motion) -> Option<Self> {
         let edge = *body.molecule().wall_edge()?;
         let rotation = motion.orientation.cos_sin();
-        let half = edge.half_length() * rotation.rotate(edge.along());
+        let half = if edge.bend().is_some() {
+            DVec2::splat(edge.reach())
+        } else {
+            edge.half_length() * rotation.rotate(edge.along())
+        };
         Some(Self {
             centre: motion.position,
             half,
@@ -43,9 +52,30 @@ impl StandingWall {
         })
     }
 
-    /// Both ends (length).
-    pub fn ends(&self) -> [DVec2; 2] {
+    /// Both ends (length); of a curved wall, opposite corners of the square around its circle.
+    fn ends(&self) -> [DVec2; 2] {
         [self.centre - self.half, self.centre + self.half]
+    }
+
+    /// The corners of the smallest rectangle along the axes that holds its line (length).
+    pub fn extent(&self) -> [DVec2; 2] {
+        let [first, second] = self.ends();
+        [first.min(second), first.max(second)]
+    }
+
+    /// Points along its line (length): both ends of a straight wall, and of an arc enough that a
+    /// polygon through them looks like it.
+    pub fn line(&self) -> Vec<DVec2> {
+        match self.edge.bend() {
+            None => self.ends().to_vec(),
+            Some(bend) => {
+                let pieces = (SIDES_OF_CIRCLE * bend.half_angle() / std::f64::consts::PI).ceil();
+                let points = bend.points(pieces as u32);
+                points
+                    .map(|point| self.centre + self.rotation.rotate(point))
+                    .collect()
+            }
+        }
     }
 
     /// Distance of a point from the surface of the wall (length); negative inside it.
@@ -59,6 +89,9 @@ impl StandingWall {
     ///
     /// Cell [0, 0] begins at the origin. Columns and rows beyond the box are those of its images.
     pub fn cells_within(&self, reach: f64, side: DVec2) -> Vec<[i64; 2]> {
+        if self.edge.bend().is_some() {
+            return self.cells_of_arc(reach, side);
+        }
         let reach = self.edge.radius() + reach + MARGIN * side.max_element();
         let [first, second] = self.ends();
         let (low, high) = (first.min(second) - reach, first.max(second) + reach);
@@ -99,6 +132,48 @@ impl StandingWall {
                 index(one.min(other) - reach, side.x)..=index(one.max(other) + reach, side.x)
             {
                 cells.push([column, row]);
+            }
+        }
+        cells
+    }
+}
+
+impl StandingWall {
+    /// [`Self::cells_within`] of a curved wall: of each row of cells those between two circles about
+    /// the centre, unless the arc is farther from them than their half diagonal.
+    fn cells_of_arc(&self, reach: f64, side: DVec2) -> Vec<[i64; 2]> {
+        let reach = self.edge.radius() + reach + MARGIN * side.max_element();
+        let (outer, inner) = (self.edge.reach() + reach, self.edge.reach() - reach);
+        let back = DVec2::new(self.rotation.x, -self.rotation.y);
+        let half_diagonal = 0.5 * side.length();
+        let index = |x: f64, side: f64| (x / side).floor() as i64;
+        let mut cells = Vec::new();
+        for row in index(self.centre.y - outer, side.y)..=index(self.centre.y + outer, side.y) {
+            let [low, high] = [row, row + 1].map(|row| row as f64 * side.y - self.centre.y);
+            let nearest = low.max(-high).max(0.0);
+            let farthest = low.abs().max(high.abs());
+            let half_width = (outer * outer - nearest * nearest).max(0.0).sqrt();
+            let hole = if inner > farthest {
+                (inner * inner - farthest * farthest).sqrt() * (1.0 - MARGIN)
+            } else {
+                0.0
+            };
+            let mut add = |from: f64, to: f64| {
+                for column in
+                    index(self.centre.x + from, side.x)..=index(self.centre.x + to, side.x)
+                {
+                    let middle = (DVec2::new(column as f64, row as f64) + 0.5) * side;
+                    let nearest = self.edge.nearest(back.rotate(middle - self.centre));
+                    if nearest.distance.abs() <= reach + half_diagonal {
+                        cells.push([column, row]);
+                    }
+                }
+            };
+            if hole > side.x {
+                add(-half_width, -hole);
+                add(hole, half_width);
+            } else {
+                add(-half_width, half_width);
             }
         }
         cells

@@ -224,7 +224,7 @@ impl CheckedContents {
 /// The sum of the areas of the molecules of fixed gases that may overlap (length²).
 fn overlapping_areas(scene: &Scene, view: &View<'_>) -> f64 {
     // Fixed gases follow the single bodies, in their order.
-    let mut before = scene.molecule.len() + scene.bumper.len() + scene.wall.len();
+    let mut before = scene.molecule.len() + scene.bumper.len() + scene.wall_count();
     let mut sum = 0.0;
     for gas in scene.gas.iter().filter(|gas| gas.fixed) {
         // Of drawn sizes that cover an area, the expected number.

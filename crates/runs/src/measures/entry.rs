@@ -227,7 +227,7 @@ impl Entry {
         let is_elastic = scene.elasticity.is_elastic();
         let loses = scene.elasticity.loses_energy();
         let block = (measure.records_per_block() * head.every) as f64 * scene.run.sample_interval;
-        let is_heated = scene.wall.iter().any(|wall| wall.temperature.is_some());
+        let is_heated = scene.has_heated_walls();
         let is_equilibrium = is_elastic && !is_heated && stages::is_disturbed(scene).is_none();
         let is_alone = !is_heated
             && !stages::is_dragged(scene)

@@ -191,6 +191,7 @@ impl Parent {
             ("molecule", own.molecule == scene.molecule),
             ("bumper", own.bumper == scene.bumper),
             ("wall", own.wall == scene.wall),
+            ("container", own.container == scene.container),
             ("gas", own.gas == scene.gas),
             ("start", own.start == scene.start),
         ];

@@ -149,7 +149,7 @@ fn read_start(start: &mut StartSpec, file: &Path) -> Result<()> {
 pub(super) fn tags(scene: &Scene) -> impl Iterator<Item = String> {
     let molecules = scene.molecule.iter().map(|entry| &entry.tags);
     let bumpers = scene.bumper.iter().map(|entry| &entry.tags);
-    let walls = scene.wall.iter().map(|entry| &entry.tags);
+    let walls = scene.wall_tags();
     let gases = scene.gas.iter().map(|entry| &entry.tags);
     molecules
         .chain(bumpers)
