@@ -8,21 +8,21 @@
 //! radius of the atom and half the thickness of the arc. D = X + V t + r leads from the centre of Q
 //! to the atom.
 //!
-//! 1. **Gap inside.** The atom touches the inner face where |D| = R = S − s. The distance |D| has no
-//!    derivative at 0; its square has. g = (R² − |D|²)/2R has the zero of R − |D|, and for |D| ≤ R
-//!    it is between (R − |D|)/2 and R − |D|.
+//! 1. **Gap inside.** The atom touches the inner face where |D| = R = S − s. The distance |D| has
+//!    no derivative at 0; its square has. g = (R² − |D|²)/2R has the zero of R − |D|, and for |D| ≤
+//!    R it is between (R − |D|)/2 and R − |D|.
 //! 2. **Derivatives.** g' = −D·D'/R and g'' = −(|D'|² + D·D'')/R, with D' = V + ω_P r^⊥ and D'' =
 //!    −ω_P² r. The rotation of Q does not enter.
-//! 3. **Bounds for all times.** While |D| ≤ S, |g''| ≤ K = (L² + S a)/R and |g'''| ≤ K₃ = (3 L a + S
-//!    |ω_P| a)/R, with L = |V| + |ω_P| r and a = ω_P² r. Hence C₃ = K₃. For a body that does not
+//! 3. **Bounds for all times.** While |D| ≤ S, |g''| ≤ K = (L² + S a)/R and |g'''| ≤ K₃ = (3 L a +
+//!    S |ω_P| a)/R, with L = |V| + |ω_P| r and a = ω_P² r. Hence C₃ = K₃. For a body that does not
 //!    turn g is a parabola, and Lemma 6 of `gap_search` gives the contact in closed form.
 //! 4. **Directions.** A contact with a face of radius F, inside or outside, needs m·D ≥ F cos α, to
 //!    rounding: D has the length F and lies in a direction of the arc. While b = F cos α − m·D > 0
 //!    there is none. The bounds on b'' and b''' are those of a straight edge
 //!    ([`edge_pair`](crate::edge_pair), Lemma 3). A contact at b ≤ E is one in a direction of the
 //!    arc, or so near to its end that both touch to rounding.
-//! 5. **Other side.** An atom with |D| > S is outside: it does not touch the inner face before |D| =
-//!    S. Nor does one with |D| > R that is not in a direction of the arc, before |D| = R: to come
+//! 5. **Other side.** An atom with |D| > S is outside: it does not touch the inner face before |D|
+//!    = S. Nor does one with |D| > R that is not in a direction of the arc, before |D| = R: to come
 //!    into one earlier it would have to pass the end of the arc, which is searched as an atom.
 //!    Since |D|'' ≥ −a, the time until then is bounded as in Lemma 1 of `gap_search`. Likewise an
 //!    atom with |D| < S, or one with |D| < F that is not in a direction of the arc, does not touch
@@ -32,11 +32,11 @@
 //!    centre reaches R − r, if this is positive.
 //! 7. **Growth without cancellation.** g(h) − g(0) = −δ·(2 D(0) + δ)/2R, with δ = V h + (R(ω_P h) −
 //!    1) r.
-//! 8. **Rounding.** Let E be that of a straight edge ([`EdgeErrorBound`](crate::EdgeErrorBound)) with
-//!    its middle at the distance S: it holds the error of D, and 8 u S for the at most 7 roundings of R
-//!    and |D|. g = (R − |D|)(R + |D|)/2R multiplies it by at most κ = max(1, (R + |D|)/2R). The error
-//!    of g' is at most E' = (E L + S (δV + |ω_P| E + 12 u L))/R, and that of g'' at most ((L² + S a)
-//!    48 u + 2 L (δV + |ω_P| E) + (a + ω_P² S) E)/R.
+//! 8. **Rounding.** Let E be that of a straight edge ([`EdgeErrorBound`](crate::EdgeErrorBound))
+//!    with its middle at the distance S: it holds the error of D, and 8 u S for the at most 7
+//!    roundings of R and |D|. g = (R − |D|)(R + |D|)/2R multiplies it by at most κ = max(1, (R +
+//!    |D|)/2R). The error of g' is at most E' = (E L + S (δV + |ω_P| E + 12 u L))/R, and that of
+//!    g'' at most ((L² + S a) 48 u + 2 L (δV + |ω_P| E) + (a + ω_P² S) E)/R.
 
 use carom_geometry::{Bend, Circle, Edge};
 use carom_kinematics::{HALF_ULP as U, RelativeMotion};

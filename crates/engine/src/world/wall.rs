@@ -139,8 +139,8 @@ impl StandingWall {
 }
 
 impl StandingWall {
-    /// [`Self::cells_within`] of a curved wall: of each row of cells those between two circles about
-    /// the centre, unless the arc is farther from them than their half diagonal.
+    /// [`Self::cells_within`] of a curved wall: of each row of cells those between two circles
+    /// about the centre, unless the arc is farther from them than their half diagonal.
     fn cells_of_arc(&self, reach: f64, side: DVec2) -> Vec<[i64; 2]> {
         let reach = self.edge.radius() + reach + MARGIN * side.max_element();
         let (outer, inner) = (self.edge.reach() + reach, self.edge.reach() - reach);
