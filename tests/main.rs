@@ -17,6 +17,7 @@ mod images;
 mod inelastic;
 mod invariants;
 mod joint_contacts;
+mod moving_walls;
 mod observers;
 mod oracles;
 mod overlap;

@@ -10,6 +10,7 @@ use carom_kinematics::{DragClock, HALF_ULP, Motion};
 use glam::DVec2;
 
 use crate::{
+    contact::wall_meeting::longest_sweep,
     scene::{
         error::{RunError, SceneError},
         least_speed::MIN_SPEED,
@@ -101,7 +102,7 @@ impl Limits {
         contacts: u64,
     ) -> Self {
         let way = way_per_epoch(world);
-        let longest = longest_epoch(world.clock);
+        let longest = longest_epoch(world.clock).min(longest_sweep(world));
         let time = stretch(way, fastest_squared, fastest_spin).min(longest);
         let contacts_left = contacts;
         Self {
@@ -124,6 +125,11 @@ impl Limits {
     /// epoch.
     pub fn stale_contact(&self) -> Option<&ContactPlaces> {
         self.stale.as_ref()
+    }
+
+    /// Ends the epoch at `time` (offset in it) at the latest.
+    pub fn end_by(&mut self, time: f64) {
+        self.time = self.time.min(time);
     }
 
     /// Latest end of the epoch (offset in it, time).

@@ -5,7 +5,7 @@ use std::{collections::HashMap, sync::Arc};
 
 use carom_detection::Detection;
 use carom_geometry::MAX_MAGNITUDE;
-use carom_kinematics::kinetic_energy;
+use carom_kinematics::{EpochTime, kinetic_energy};
 use carom_response::Response;
 
 use crate::{
@@ -23,6 +23,7 @@ use crate::{
         error::{EditError, SceneError},
         least_speed::MIN_SPEED,
         pair_spec::TransparentSpec,
+        wall_motion::{WallMotionSpec, refuse_drag},
     },
     scheduler::Scheduler,
     start::{
@@ -132,9 +133,35 @@ impl Batch {
     /// # Errors
     /// [`EditError::Scene`] if the description is invalid or the wall overlaps a moving body.
     pub fn add_wall(&mut self, spec: &WallSpec) -> Result<BodyKey, EditError> {
-        self.insert("the wall added", |world, names, entry| {
+        let key = self.insert("the wall added", |world, names, entry| {
             add_wall(world, names, spec, entry)
-        })
+        })?;
+        if let Some(motion) = &spec.motion {
+            self.move_wall(key, motion)?;
+        }
+        Ok(key)
+    }
+
+    /// Replaces the motion of a wall from now on.
+    ///
+    /// # Errors
+    /// [`EditError::NotWall`] if the body is no wall, [`EditError::NoSuchBody`], or
+    /// [`EditError::Scene`] if a number is out of range.
+    pub fn move_wall(&mut self, key: BodyKey, motion: &WallMotionSpec) -> Result<(), EditError> {
+        let index = self.index(key)?;
+        let body = &self.world.bodies[index];
+        if !body.is_wall() {
+            return Err(EditError::NotWall(BodyName::new(body, &self.names)));
+        }
+        let name = || BodyName::new(body, &self.names).to_string();
+        // The place does not matter for the check.
+        motion.of_wall(&name(), body.molecule(), &self.world.motions[index])?;
+        self.start_to_move();
+        let body = &self.world.bodies[index];
+        let place = self.world.motions[index];
+        self.world.motions[index] = motion.of_wall("", body.molecule(), &place)?;
+        self.moves = true;
+        Ok(())
     }
 
     /// Removes a body; another body of the batch may be added at its position.
@@ -517,6 +544,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if moves {
             world.keep_bodies(|index| !removed[index]);
         }
+        refuse_drag(&world, |body| {
+            BodyName::new(&world.bodies[body], &names).to_string()
+        })?;
         elasticity.classify(&mut world, &self.response)?;
         resolves(&world, &elasticity)?;
         if may_reveal && let Some((pair, depth)) = first_overlap(&world) {
@@ -560,6 +590,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         (self.world, self.names, self.elasticity, self.scheduler) =
             (world, names, elasticity, scheduler);
         self.heat = heat;
+        self.walls_meet_after = EpochTime::ZERO;
         Ok(())
     }
 }

@@ -12,9 +12,11 @@ use crate::{
         separation::{refuse_ellipses, refuse_unresolved},
     },
     run::{growth::Growth, simulation::Simulation},
-    scene::{Placement, Scene, drag::drag_clock, error::SceneError},
+    scene::{
+        Placement, Scene, drag::drag_clock, error::SceneError, wall_motion::refuse_drag,
+    },
     scheduler::Scheduler,
-    start::{contents::SceneContents, placement, start_from},
+    start::{contents::SceneContents, placement, single_bodies::move_walls, start_from},
     world::World,
 };
 
@@ -98,6 +100,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             .and_then(|()| refuse_ellipses(&world, &detection))
             .map_err(|reason| reason.named(|body| singles.entry_of(body, &counts)))?;
         world.clock = drag_clock("box.drag", scene.bounds.drag)?;
+        move_walls(&mut world, scene)?;
+        refuse_drag(&world, |body| singles.entry_of(body, &counts))?;
         world.random_key = [scene.bounds.seed, scene.bounds.replica];
         world.shrink();
         let scheduler = S::new(&options, &world)

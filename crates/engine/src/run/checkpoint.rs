@@ -211,6 +211,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             epoch,
             simultaneous,
             unresolved,
+            walls_meet_after: _,
         } = self;
         if !matches!(epoch, Epoch::ToBegin) {
             return None;
@@ -606,7 +607,9 @@ impl SavedBody {
         if is_open_wall(molecule, orientation, bounds.sides()) {
             return Err("is a wall without end points that does not meet its own images");
         }
-        if self.rotation.is_none() && (velocity != DVec2::ZERO || angular_velocity != 0.0) {
+        if self.rotation.is_none()
+            && (angular_velocity != 0.0 || velocity != DVec2::ZERO && !molecule.is_wall())
+        {
             return Err("is fixed but moves");
         }
         if self.rotation == Some(Rotation::Locked) && angular_velocity != 0.0 {

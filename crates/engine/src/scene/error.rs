@@ -281,6 +281,9 @@ pub enum EditError {
          rotational diffusion"
     )]
     CannotTurn(BodyName),
+    /// The body is no wall: only walls are given a motion that contacts do not change.
+    #[error("{0} is no wall, and only walls are moved: give a body that is not fixed a velocity")]
+    NotWall(BodyName),
     /// The edited system would not be a valid scene.
     #[error(transparent)]
     Scene(#[from] SceneError),
@@ -395,6 +398,36 @@ pub enum RunError {
         body: BodyName,
         /// Its speed of centre or rim (length per time).
         speed: f64,
+    },
+    /// A wall that moves has met another wall or a fixed body, from which it was apart.
+    #[error(
+        "at time {time} {wall}, which moves, meets {other}: neither can give way, so that no body could be between \
+         them; end the run before, or give the walls other motions from an earlier time on (`[[stage.move_wall]]`)"
+    )]
+    WallsMeet {
+        /// Time of the meeting.
+        time: EpochTime,
+        /// The wall.
+        wall: BodyName,
+        /// What it meets.
+        other: Box<BodyName>,
+    },
+    /// Walls that move have given the bodies far more energy than they had: they close on bodies
+    /// that have no way out, whose contacts follow each other ever faster.
+    #[error(
+        "at time {time} the kinetic energy is {energy:e}, more than {limit:e}: {wall} squeezes bodies that have no way \
+         out, and their contacts would become infinitely many; end the run before, or give the wall another motion \
+         from an earlier time on (`[[stage.move_wall]]`)"
+    )]
+    Squeezed {
+        /// Time at which the run stopped.
+        time: EpochTime,
+        /// The fastest wall.
+        wall: BodyName,
+        /// Kinetic energy (mass × length² / time²).
+        energy: f64,
+        /// Largest allowed energy (mass × length² / time²).
+        limit: f64,
     },
     /// A speed has grown out of range (for example by superelastic contacts).
     #[error(

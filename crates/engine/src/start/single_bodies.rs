@@ -247,7 +247,7 @@ pub(crate) fn is_open_wall(wall: &Molecule, orientation: Orientation, sides: DVe
     orientation.turns() != 0.0 || !(is_across(DVec2::X) || is_across(DVec2::Y))
 }
 
-/// Adds a wall of the scene; overlaps are checked by the caller.
+/// Adds a wall of the scene, at rest; overlaps are checked by the caller.
 pub(crate) fn add_wall(
     world: &mut World,
     names: &mut TagNames,
@@ -319,6 +319,9 @@ pub(crate) fn add_wall(
             sides.y
         )));
     }
+    if let Some(motion) = &spec.motion {
+        motion.of_wall(entry, &molecule, &Motion::at_rest(centre))?;
+    }
     let tags = names.intern_all(&spec.tags);
     let kind = BodyKind {
         molecule,
@@ -329,6 +332,20 @@ pub(crate) fn add_wall(
         temperature: spec.temperature,
     };
     Ok(world.insert(kind, Motion::at_rest(centre)))
+}
+
+/// Gives the walls of a scene their motions, in a world whose first bodies are the single bodies of
+/// the scene. They are at rest while the gases are placed and grow.
+pub(crate) fn move_walls(world: &mut World, scene: &Scene) -> Result<(), SceneError> {
+    let first = scene.molecule.len() + scene.bumper.len();
+    for (index, spec) in scene.wall.iter().enumerate() {
+        if let Some(motion) = &spec.motion {
+            let (wall, entry) = (first + index, format!("wall[{index}]"));
+            let (body, place) = (&world.bodies[wall], &world.motions[wall]);
+            world.motions[wall] = motion.of_wall(&entry, body.molecule(), place)?;
+        }
+    }
+    Ok(())
 }
 
 /// Two bodies of a world that overlap beyond rounding, in the order of insertion, and the depth

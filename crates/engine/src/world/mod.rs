@@ -256,6 +256,14 @@ impl World {
         self.pairs.factor(a, b)
     }
 
+    /// The indices of the walls that move, in the order of [`Self::bodies`].
+    pub(crate) fn moving_walls(&self) -> impl Iterator<Item = usize> {
+        let bodies = self.bodies.iter().zip(&self.motions).enumerate();
+        bodies
+            .filter(|(_, (body, motion))| body.is_fixed() && !motion.is_at_rest())
+            .map(|(index, _)| index)
+    }
+
     /// The largest bounding radius of a body that moves (length).
     pub(crate) fn largest_moving_radius(&self) -> f64 {
         let moving = self.bodies.iter().filter(|body| !body.is_fixed());
@@ -375,7 +383,7 @@ impl World {
             .zip(&self.bodies)
             .zip(&mut self.windings)
         {
-            if body.is_fixed() {
+            if body.is_fixed() && motion.is_at_rest() {
                 continue;
             }
             let here = motion.at(offset).slowed(slowing);

@@ -43,6 +43,17 @@ impl StandingWall {
         })
     }
 
+    /// The wall in the middle of a span of time (offsets in the epoch), and the distance (length)
+    /// that no point of it exceeds from its place there during the span; `None` if the body is no
+    /// wall.
+    pub fn during(body: &Body, motion: &Motion, [from, to]: [f64; 2]) -> Option<(Self, f64)> {
+        if motion.is_at_rest() {
+            return Some((Self::new(body, motion)?, 0.0));
+        }
+        let wall = Self::new(body, &motion.at(0.5 * (from + to)))?;
+        Some((wall, wall_speed(body, motion) * (0.5 * (to - from))))
+    }
+
     /// Both ends (length).
     pub fn ends(&self) -> [DVec2; 2] {
         [self.centre - self.half, self.centre + self.half]
@@ -103,6 +114,12 @@ impl StandingWall {
         }
         cells
     }
+}
+
+/// The largest speed of a point of a wall (length per time).
+pub(crate) fn wall_speed(body: &Body, motion: &Motion) -> f64 {
+    let rim = motion.angular_velocity.abs() * body.molecule().bounding_radius();
+    motion.velocity.length() + rim
 }
 
 /// Wraps the index of a cell of any image into the box of `counts` cells, and returns the image in

@@ -1,0 +1,317 @@
+//! Walls that move: pistons, shakers and boxes that fly with their contents.
+
+use carom_detection::Exact;
+use carom_engine::{
+    CellScheduler, CellsPerSide, HeapScheduler, Instructions, RunError, Scene, Simulation,
+    WallMotionSpec,
+};
+use carom_response::Impact;
+
+fn scene(text: &str) -> Scene {
+    Scene::from_toml(text).unwrap()
+}
+
+/// A ball between a fixed wall and a piston, by the recursion of its contacts: the piston is at
+/// p₀ + w t, and each contact with it changes the ball's speed v to |2 w − v|.
+struct Ball {
+    time: f64,
+    place: f64,
+    velocity: f64,
+}
+
+impl Ball {
+    /// The next contact, with the centre between `low` and the piston's face, `high` + w t.
+    fn bounce(&mut self, low: f64, high: f64, w: f64) {
+        if self.velocity < 0.0 {
+            self.time += (self.place - low) / -self.velocity;
+            self.place = low;
+            self.velocity = -self.velocity;
+        } else {
+            let gap = high + w * self.time - self.place;
+            self.time += gap / (self.velocity - w);
+            self.place = high + w * self.time;
+            self.velocity = 2.0 * w - self.velocity;
+        }
+    }
+}
+
+/// Runs a ball of radius 1/16 between a wall at 1/8 and a piston that starts at 7/8, and compares
+/// contact by contact with the recursion; returns the largest deviation of a velocity.
+fn deviation(w: f64, velocity: f64, contacts: usize) -> f64 {
+    let text = format!(
+        "[[wall]]\nx = 0.125\n[[wall]]\nx = 0.875\nmotion = {{ velocity = [{w:?}, 0.0] }}\n\
+         [[molecule]]\nshape = \"disc\"\natom_radius = 0.0625\natom_mass = 2.0\nat = [0.5, 0.5]\n\
+         velocity = [{velocity:?}, 0.25]"
+    );
+    let mut simulation = Simulation::new(&scene(&text)).unwrap();
+    let mut ball = Ball { time: 0.0, place: 0.5, velocity };
+    let mut worst = 0.0f64;
+    for contact in 0..contacts {
+        assert!(simulation.step(1e9, &mut ()).unwrap());
+        ball.bounce(0.1875, 0.8125, w);
+        let view = simulation.view();
+        let motion = view.bodies().next().unwrap().motion;
+        let off = (motion.velocity.x - ball.velocity).abs() / ball.velocity.abs();
+        let late = (view.time().to_f64() - ball.time).abs() / ball.time;
+        let away = (motion.position.x - ball.place).abs();
+        assert!(off.max(late).max(away) < 1e-10, "contact {contact}: {off:e}, {late:e}, {away:e}");
+        assert_eq!(motion.velocity.y, 0.25);
+        worst = worst.max(off).max(late).max(away);
+    }
+    let (view, ledger) = (simulation.view(), simulation.view().ledger());
+    let energy = view.energy();
+    assert!((ledger.booked() - energy).abs() < 1e-13 * energy.max(1.0));
+    assert!(w == 0.0 || (ledger.work - (energy - ledger.initial)).abs() < 1e-13 * energy.max(1.0));
+    worst
+}
+
+#[test]
+fn a_ball_between_a_wall_and_a_piston_follows_its_recursion() {
+    // Compression, in which the speed grows from 1 to 60, and expansion.
+    assert!(deviation(-1.0 / 1024.0, 1.0, 20_000) < 1e-11);
+    assert!(deviation(1.0 / 4096.0, -1.0, 200) < 1e-12);
+}
+
+#[test]
+fn a_wall_that_recedes_faster_than_the_ball_does_nothing_and_one_at_its_speed_does_not_stick() {
+    for w in [0.75, 0.5] {
+        let text = format!(
+            "box.sides = [64.0, 1.0]\n[[wall]]\nx = 0.25\nmotion = {{ velocity = [{w:?}, 0.0] }}\n\
+             [[molecule]]\nshape = \"disc\"\natom_radius = 0.125\natom_mass = 1.0\nat = [0.125, 0.5]\n\
+             velocity = [0.5, 0.0]"
+        );
+        let mut simulation = Simulation::new(&scene(&text)).unwrap();
+        simulation.run_until(60.0).unwrap();
+        assert_eq!(simulation.view().counters().collisions, 0, "{w}");
+        assert_eq!(simulation.view().ledger().work, 0.0);
+    }
+}
+
+const PISTON: &str = "[box]\nseed = 5\n[[wall]]\nx = 0.0\n[[wall]]\ny = 0.0\n\
+    [[wall]]\nx = 0.98\nmotion = { velocity = [-0.25, 0.0] }\n";
+
+const GASES: [&str; 4] = [
+    // Discs, few and many; discs and large ones; molecules; discs with molecules.
+    "[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 60\nregion.x = [0.0, 0.9]",
+    "[[gas]]\nradius = 0.008\nmass = 1.0\nenergy = 1.0\ncount = 500\nregion.x = [0.0, 0.9]\n\
+     [[gas]]\nradius = 0.05\nmass = 9.0\nenergy = 1.0\ncount = 4\nregion.x = [0.0, 0.9]",
+    "[[gas]]\nshape = \"tee\"\natom_radius = 0.008\natom_mass = 1.0\nenergy = 1.0\ncount = 120\nregion.x = [0.0, 0.9]",
+    "[[gas]]\nshape = \"square\"\nsize = 0.03\nmass = 1.0\nenergy = 1.0\ncount = 120\nregion.x = [0.0, 0.9]",
+];
+
+#[test]
+fn the_ledger_balances_and_no_body_passes_a_piston() {
+    for gas in GASES {
+        let mut simulation = Simulation::new(&scene(&format!("{PISTON}{gas}"))).unwrap();
+        for step in 1..=8 {
+            simulation.run_until(0.25 * f64::from(step)).unwrap();
+            let (view, ledger) = (simulation.view(), simulation.view().ledger());
+            let energy = view.energy();
+            let off = ledger.booked() - energy;
+            assert!(off.abs() < 1e-13 * energy, "{gas}: {off:e} of {energy}");
+            assert!(ledger.work > 0.0 && ledger.lost.abs() < 1e-12 * energy);
+            assert_eq!(view.overlaps().pairs, 0, "{gas} at step {step}");
+            let wall = view.bodies().find(|b| b.body.id() == 2).unwrap();
+            let face = wall.motion.position.x;
+            assert!((face - (0.98 - 0.0625 * f64::from(step))).abs() < 1e-14);
+            for body in view.bodies().filter(|body| !body.body.is_fixed()) {
+                assert!(body.motion.position.x < face, "{gas}");
+            }
+        }
+        let counters = simulation.view().counters();
+        assert!(counters.fixed_collisions > 100, "{}", counters.fixed_collisions);
+    }
+}
+
+#[test]
+fn cells_and_the_heap_agree_on_a_piston() {
+    for gas in GASES {
+        let scene = scene(&format!("{PISTON}{gas}"));
+        let mut cells = Simulation::<Exact, Impact, CellScheduler>::with(
+            &scene,
+            Exact::default(),
+            Impact,
+            Instructions::Widest,
+        )
+        .unwrap();
+        let mut heap = Simulation::<Exact, Impact, HeapScheduler>::with(
+            &scene,
+            Exact::default(),
+            Impact,
+            CellsPerSide::Automatic,
+        )
+        .unwrap();
+        // Chaos multiplies the roundings, in which the two differ, by ten in a few contacts a body.
+        let until = if gas.contains("500") { 0.04 } else { 0.15 };
+        cells.run_until(until).unwrap();
+        heap.run_until(until).unwrap();
+        let (one, other) = (cells.view(), heap.view());
+        assert_eq!(one.counters().collisions, other.counters().collisions, "{gas}");
+        assert_eq!(one.counters().fixed_collisions, other.counters().fixed_collisions);
+        assert!(one.counters().fixed_collisions > 5);
+        for (a, b) in one.bodies().zip(other.bodies()) {
+            let off = (a.motion.velocity - b.motion.velocity).length();
+            assert!(off < 1e-7, "{gas}: {off:e}");
+        }
+    }
+}
+
+/// A gas in a box whose walls all move with u, and the gas with them, follows the path of the gas in
+/// the box at rest, shifted by u t.
+#[test]
+fn a_box_that_flies_holds_a_gas_of_the_same_trajectory() {
+    let walls = |u: [f64; 2]| {
+        let motion = format!("motion = {{ velocity = [{:?}, {:?}] }}", u[0], u[1]);
+        let frame = [
+            ("0.125, 0.125", "0.875, 0.125"),
+            ("0.875, 0.125", "0.875, 0.875"),
+            ("0.875, 0.875", "0.125, 0.875"),
+            ("0.125, 0.875", "0.125, 0.125"),
+            // A flap inside.
+            ("0.5, 0.25", "0.625, 0.5"),
+        ];
+        let wall = |(from, to)| format!("[[wall]]\nfrom = [{from}]\nto = [{to}]\n{motion}\n");
+        let walls: String = frame.map(wall).concat();
+        let balls = (0..24).map(|ball| {
+            let at = [0.1875 + 0.03125 * f64::from(ball % 4), 0.25 + 0.09375 * f64::from(ball / 4)];
+            let angle = f64::from(ball);
+            let [vx, vy] = [angle.cos() + u[0], angle.sin() + u[1]];
+            let shape = if ball % 3 == 0 { "tee" } else { "disc" };
+            format!(
+                "[[molecule]]\nshape = \"{shape}\"\natom_radius = 0.00390625\natom_mass = 1.0\n\
+                 at = [{:?}, {:?}]\nvelocity = [{vx:?}, {vy:?}]\n",
+                at[0], at[1]
+            )
+        });
+        let balls: String = balls.collect();
+        Simulation::new(&scene(&format!("{balls}{walls}"))).unwrap()
+    };
+    let u = [0.75, -0.5];
+    let (mut at_rest, mut flying) = (walls([0.0; 2]), walls(u));
+    for step in 1..=5 {
+        let time = 0.125 * f64::from(step);
+        at_rest.run_until(time).unwrap();
+        flying.run_until(time).unwrap();
+        let (one, other) = (at_rest.view(), flying.view());
+        assert_eq!(one.counters().collisions, other.counters().collisions);
+        for (a, b) in one.bodies().zip(other.bodies()) {
+            let shift = glam::DVec2::from(u);
+            let away = b.unwrapped(other.bounds()) - a.unwrapped(one.bounds()) - shift * time;
+            assert!(away.length() < 1e-7, "{} at {time}: {away}", a.body.id());
+            if !a.body.is_fixed() {
+                assert!((b.motion.velocity - a.motion.velocity - shift).length() < 1e-7);
+            }
+        }
+    }
+    assert!(at_rest.view().counters().fixed_collisions > 15);
+}
+
+#[test]
+fn a_run_with_a_piston_is_resumed_to_the_bit() {
+    for gas in GASES {
+        let mut simulation = Simulation::new(&scene(&format!("{PISTON}{gas}"))).unwrap();
+        simulation.run_until(0.3).unwrap();
+        let state = simulation.end_epoch_here();
+        let mut resumed = Simulation::resume(&state).unwrap();
+        simulation.run_until(0.6).unwrap();
+        resumed.run_until(0.6).unwrap();
+        assert_eq!(simulation.view().ledger(), resumed.view().ledger());
+        for (a, b) in simulation.view().bodies().zip(resumed.view().bodies()) {
+            assert_eq!(a.motion, b.motion);
+            assert_eq!(a.winding, b.winding);
+        }
+    }
+}
+
+/// Mirrors the velocities of all bodies and walls: the gas returns to its start.
+#[test]
+fn a_compressed_gas_returns_when_all_velocities_are_reversed() {
+    let mut simulation = Simulation::new(&scene(&format!("{PISTON}{}", GASES[0]))).unwrap();
+    let start: Vec<_> = simulation.view().bodies().map(|b| b.motion.position).collect();
+    simulation.run_until(0.125).unwrap();
+    assert!(simulation.view().ledger().work > 0.0);
+    simulation.reverse();
+    simulation.run_until(0.25).unwrap();
+    assert!(simulation.view().ledger().work.abs() < 1e-9);
+    for (body, start) in simulation.view().bodies().zip(start) {
+        assert!((body.motion.position - start).length() < 1e-9);
+    }
+}
+
+#[test]
+fn a_thermal_wall_that_moves_draws_in_its_own_frame() {
+    // Gas and walls at rest relative to each other, in a frame that moves: kT stays 1 there.
+    let text = "[box]\nseed = 3\nsides = [1.0, 1.0]\n\
+        [[wall]]\nx = 0.0\ntemperature = 1.0\nmotion = { velocity = [2.0, 0.0] }\n\
+        [[wall]]\nx = 0.5\ntemperature = 1.0\nmotion = { velocity = [2.0, 0.0] }\n\
+        [[gas]]\nradius = 0.004\nmass = 1.0\nenergy = 1.0\ncount = 400";
+    let mut simulation = Simulation::new(&scene(text)).unwrap();
+    simulation.run_until(5.0).unwrap();
+    let (mut mean, mut samples) = (0.0, 0.0);
+    for step in 0..40 {
+        simulation.run_until(5.0 + 0.5 * f64::from(step)).unwrap();
+        for body in simulation.view().bodies().filter(|body| !body.body.is_fixed()) {
+            let v = body.motion.velocity - glam::DVec2::new(2.0, 0.0);
+            mean += 0.5 * v.length_squared();
+            samples += 1.0;
+        }
+    }
+    let kt = mean / samples;
+    assert!((kt - 1.0).abs() < 0.05, "{kt}");
+    let (view, ledger) = (simulation.view(), simulation.view().ledger());
+    assert!((ledger.booked() - view.energy()).abs() < 1e-10);
+    assert!(ledger.heat.abs() > 1.0 && ledger.work.abs() > 1.0);
+}
+
+#[test]
+fn a_piston_is_stopped_and_sent_back() {
+    let mut simulation = Simulation::new(&scene(&format!("{PISTON}{}", GASES[0]))).unwrap();
+    let piston = simulation.view().bodies().find(|b| b.body.id() == 2).unwrap().body.key();
+    simulation.run_until(1.0).unwrap();
+    simulation.move_wall(piston, &WallMotionSpec::default()).unwrap();
+    let compressed = simulation.view().energy();
+    simulation.run_until(2.0).unwrap();
+    assert!((simulation.view().energy() - compressed).abs() < 1e-12 * compressed);
+    assert!((simulation.view().body(piston).unwrap().motion.position.x - 0.73).abs() < 1e-15);
+    let back = WallMotionSpec { velocity: [0.25, 0.0] };
+    simulation.move_wall(piston, &back).unwrap();
+    simulation.run_until(3.0).unwrap();
+    assert!((simulation.view().body(piston).unwrap().motion.position.x - 0.98).abs() < 1e-15);
+    assert!(simulation.view().energy() < compressed);
+}
+
+#[test]
+fn bodies_without_a_way_out_end_a_run_by_name() {
+    let ball = "[[wall]]\nx = 0.125\n[[wall]]\nx = 0.875\ntags = [\"press\"]\nmotion = { velocity = [-0.25, 0.0] }\n\
+        [[molecule]]\nshape = \"disc\"\natom_radius = 0.0625\natom_mass = 2.0\nat = [0.5, 0.5]\nvelocity = [1.0, 0.25]";
+    let mut simulation = Simulation::new(&scene(ball)).unwrap();
+    let error = simulation.run_until(10.0).unwrap_err();
+    assert!(matches!(error, RunError::Squeezed { .. }), "{error}");
+    assert!(error.to_string().contains("(tag press)"), "{error}");
+    // The gap of 0.625 closes at 2.5.
+    assert!((simulation.time().to_f64() - 2.5).abs() < 1e-3);
+    let gas = format!("{PISTON}{}", GASES[0]);
+    let mut simulation = Simulation::new(&scene(&gas)).unwrap();
+    let error = simulation.run_until(10.0).unwrap_err();
+    assert!(matches!(error, RunError::Squeezed { .. }), "{error}");
+}
+
+#[test]
+fn motions_out_of_range_and_drags_are_refused_by_name() {
+    let refused = |text: &str| Simulation::new(&scene(text)).unwrap_err().to_string();
+    let words = refused("[[wall]]\nx = 0.1\nmotion = { velocity = [inf, 0.0] }");
+    assert!(words.contains("wall[0]") && words.contains("velocity"), "{words}");
+    let words = refused("[[wall]]\nx = 0.1\nmotion = { velocity = [1e-80, 0.0] }");
+    assert!(words.contains("wall[0]"), "{words}");
+    let words = refused("box.drag = 0.5\n[[wall]]\nx = 0.1\nmotion = { velocity = [1.0, 0.0] }");
+    assert!(words.contains("wall[0]") && words.contains("drag"), "{words}");
+    let scene = scene("[[wall]]\nx = 0.1\n[[bumper]]\nradius = 0.1\nat = [0.5, 0.5]");
+    let mut simulation = Simulation::new(&scene).unwrap();
+    let keys: Vec<_> = simulation.view().bodies().map(|b| b.body.key()).collect();
+    let motion = WallMotionSpec { velocity: [1.0, 0.0] };
+    let words = simulation.move_wall(keys[0], &motion).unwrap_err().to_string();
+    assert!(words.contains("no wall"), "{words}");
+    simulation.move_wall(keys[1], &motion).unwrap();
+    let words = simulation.set_drag(1.0).unwrap_err().to_string();
+    assert!(words.contains("drag"), "{words}");
+}
