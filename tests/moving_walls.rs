@@ -273,7 +273,10 @@ fn a_piston_is_stopped_and_sent_back() {
     simulation.run_until(2.0).unwrap();
     assert!((simulation.view().energy() - compressed).abs() < 1e-12 * compressed);
     assert!((simulation.view().body(piston).unwrap().motion.position.x - 0.73).abs() < 1e-15);
-    let back = WallMotionSpec { velocity: [0.25, 0.0] };
+    let back = WallMotionSpec {
+        velocity: [0.25, 0.0],
+        ..WallMotionSpec::default()
+    };
     simulation.move_wall(piston, &back).unwrap();
     simulation.run_until(3.0).unwrap();
     assert!((simulation.view().body(piston).unwrap().motion.position.x - 0.98).abs() < 1e-15);
@@ -308,10 +311,168 @@ fn motions_out_of_range_and_drags_are_refused_by_name() {
     let scene = scene("[[wall]]\nx = 0.1\n[[bumper]]\nradius = 0.1\nat = [0.5, 0.5]");
     let mut simulation = Simulation::new(&scene).unwrap();
     let keys: Vec<_> = simulation.view().bodies().map(|b| b.body.key()).collect();
-    let motion = WallMotionSpec { velocity: [1.0, 0.0] };
+    let motion = WallMotionSpec {
+        velocity: [1.0, 0.0],
+        ..WallMotionSpec::default()
+    };
     let words = simulation.move_wall(keys[0], &motion).unwrap_err().to_string();
     assert!(words.contains("no wall"), "{words}");
     simulation.move_wall(keys[1], &motion).unwrap();
     let words = simulation.set_drag(1.0).unwrap_err().to_string();
     assert!(words.contains("drag"), "{words}");
+}
+
+#[test]
+fn a_paddle_strikes_a_ball_at_the_computed_time_with_twice_the_speed_of_its_face() {
+    // The hinge at (1/4, 1/2), the ball at a distance of 1/4 along x, and the paddle at -45 degrees.
+    for (about, hinge) in [("about = [0.25, 0.5], ", true), ("", false)] {
+        let (from, to) = if hinge {
+            ([0.25, 0.5], [0.5, 0.25])
+        } else {
+            ([0.0, 0.75], [0.5, 0.25])
+        };
+        let text = format!(
+            "[[wall]]\nfrom = {from:?}\nto = {to:?}\nmotion = {{ {about}turn = 0.5 }}\n\
+             [[molecule]]\nshape = \"disc\"\natom_radius = 0.0625\natom_mass = 3.0\nat = [0.5, 0.5]"
+        );
+        let mut simulation = Simulation::new(&scene(&text)).unwrap();
+        assert!(simulation.step(10.0, &mut ()).unwrap());
+        let (distance, radius, omega) = (0.25f64, 0.0625f64, 0.5);
+        let angle = -(radius / distance).asin();
+        let time = (angle + std::f64::consts::FRAC_PI_4) / omega;
+        assert!((simulation.time().to_f64() - time).abs() < 1e-14);
+        let speed = 2.0 * omega * (distance * distance - radius * radius).sqrt();
+        let normal = glam::DVec2::from_angle(angle).perp();
+        let ball = simulation.view().bodies().next().unwrap().motion.velocity;
+        assert!((ball - speed * normal).length() < 1e-14, "{ball}");
+        let (energy, work) = (simulation.view().energy(), simulation.view().ledger().work);
+        assert!((energy - 1.5 * speed * speed).abs() < 1e-14 && (work - energy).abs() < 1e-14);
+    }
+}
+
+/// A box with a paddle on a hinge and a stirrer.
+const PADDLES: &str = "[box]\nseed = 8\n[[wall]]\nx = 0.0\n[[wall]]\ny = 0.0\n\
+    [[wall]]\nfrom = [0.2, 0.3]\nto = [0.35, 0.3]\nmotion = { turn = 3.0, about = [0.2, 0.3] }\n\
+    [[wall]]\nfrom = [0.6, 0.6]\nto = [0.8, 0.7]\nradius = 0.004\nmotion = { turn = -2.0, velocity = [-0.05, 0.02] }\n";
+
+const STIRRED: [&str; 3] = [
+    "[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 200",
+    "[[gas]]\nshape = \"tee\"\natom_radius = 0.006\natom_mass = 1.0\nenergy = 1.0\ncount = 120",
+    "[[gas]]\nshape = \"rectangle:2\"\nsize = 0.015\nmass = 1.0\nenergy = 1.0\ncount = 100",
+];
+
+#[test]
+fn paddles_stir_with_a_balanced_ledger_and_without_overlap() {
+    for gas in STIRRED {
+        let mut simulation = Simulation::new(&scene(&format!("{PADDLES}{gas}"))).unwrap();
+        for step in 1..=6 {
+            simulation.run_until(0.2 * f64::from(step)).unwrap();
+            let (view, ledger) = (simulation.view(), simulation.view().ledger());
+            let energy = view.energy();
+            assert!((ledger.booked() - energy).abs() < 1e-12 * energy, "{gas}");
+            assert_eq!(view.overlaps().pairs, 0, "{gas} at step {step}");
+        }
+        assert!(simulation.view().ledger().work != 0.0);
+        assert!(simulation.view().counters().fixed_collisions > 100);
+        assert_eq!(simulation.view().counters().scheduler.unresolved, 0);
+    }
+}
+
+#[test]
+fn cells_and_the_heap_agree_on_paddles_and_a_resumed_run_on_its_bits() {
+    for gas in STIRRED {
+        let scene = scene(&format!("{PADDLES}{gas}"));
+        let mut cells = Simulation::new(&scene).unwrap();
+        let options = CellsPerSide::Automatic;
+        let mut heap = Simulation::<Exact, Impact, HeapScheduler>::with(
+            &scene,
+            Exact::default(),
+            Impact,
+            options,
+        )
+        .unwrap();
+        cells.run_until(0.06).unwrap();
+        heap.run_until(0.06).unwrap();
+        assert!(cells.view().counters().fixed_collisions > 3);
+        assert_eq!(
+            cells.view().counters().fixed_collisions,
+            heap.view().counters().fixed_collisions
+        );
+        for (a, b) in cells.view().bodies().zip(heap.view().bodies()) {
+            assert!((a.motion.velocity - b.motion.velocity).length() < 1e-6, "{gas}");
+        }
+        let mut resumed = Simulation::resume(&cells.end_epoch_here()).unwrap();
+        cells.run_until(0.3).unwrap();
+        resumed.run_until(0.3).unwrap();
+        assert_eq!(cells.view().ledger(), resumed.view().ledger());
+        for (a, b) in cells.view().bodies().zip(resumed.view().bodies()) {
+            assert_eq!(a.motion, b.motion);
+        }
+    }
+}
+
+#[test]
+fn a_paddle_that_has_stopped_is_the_wall_between_its_end_points() {
+    let gas = "[[gas]]\nshape = \"tee\"\natom_radius = 0.006\natom_mass = 1.0\nenergy = 1.0\ncount = 60";
+    let mut simulation = Simulation::new(&scene(&format!("{PADDLES}{gas}"))).unwrap();
+    simulation.run_until(0.1).unwrap();
+    let walls: Vec<_> = simulation
+        .view()
+        .bodies()
+        .filter_map(|body| Some((body.body.key(), body.wall()?, body.body.reach())))
+        .skip(2)
+        .collect();
+    assert_eq!(walls.len(), 2);
+    let mut replaced = simulation.clone();
+    for (key, [from, to], radius) in walls {
+        simulation.move_wall(key, &WallMotionSpec::default()).unwrap();
+        let wall = carom_engine::WallSpec {
+            from: Some(from.to_array()),
+            to: Some(to.to_array()),
+            radius,
+            ..carom_engine::WallSpec::default()
+        };
+        replaced.remove(key).unwrap();
+        replaced.add_wall(&wall).unwrap();
+    }
+    simulation.run_until(0.4).unwrap();
+    replaced.run_until(0.4).unwrap();
+    let (one, other) = (simulation.view(), replaced.view());
+    assert_eq!(one.counters().collisions, other.counters().collisions);
+    for body in one.bodies().filter(|body| !body.body.is_fixed()) {
+        let same = other.body(body.body.key()).unwrap();
+        assert!((body.motion.velocity - same.motion.velocity).length() < 1e-6);
+    }
+}
+
+#[test]
+fn a_paddle_ends_the_run_where_it_meets_a_post() {
+    let text = "[[bumper]]\nradius = 0.0625\nat = [0.5, 0.5]\n\
+        [[wall]]\nfrom = [0.25, 0.5]\nto = [0.5, 0.25]\nmotion = { turn = 0.5, about = [0.25, 0.5] }";
+    let mut simulation = Simulation::new(&scene(text)).unwrap();
+    let error = simulation.run_until(10.0).unwrap_err();
+    assert!(matches!(error, RunError::WallsMeet { .. }), "{error}");
+    let time = (std::f64::consts::FRAC_PI_4 - 0.25f64.asin()) / 0.5;
+    assert!((simulation.time().to_f64() - time).abs() < 1e-11);
+}
+
+#[test]
+fn turning_walls_that_cannot_be_searched_are_refused_by_name() {
+    let refused = |text: &str| Simulation::new(&scene(text)).unwrap_err().to_string();
+    let words = refused("[[wall]]\nx = 0.5\nmotion = { turn = 1.0 }");
+    assert!(words.contains("wall[0]") && words.contains("`from` and `to`"), "{words}");
+    let words = refused("[[wall]]\nfrom = [0.0, 0.0]\nto = [1.0, 0.5]\nmotion = { turn = 1.0 }");
+    assert!(words.contains("shorter than the shorter side"), "{words}");
+    let paddle = "[[wall]]\nfrom = [0.1, 0.1]\nto = [0.3, 0.1]\nmotion = { turn = 1.0 }\n";
+    let ellipse = "[[molecule]]\nshape = \"ellipse:2\"\nsize = 0.1\nmass = 1.0\nat = [0.5, 0.5]";
+    let words = refused(&format!("{paddle}{ellipse}"));
+    assert!(words.contains("wall[0]") && words.contains("ellipses"), "{words}");
+    let other = Simulation::<_, _, CellScheduler>::with(
+        &scene(paddle),
+        carom_detection::BoundingCircles,
+        Impact,
+        Instructions::Widest,
+    );
+    let words = other.unwrap_err().to_string();
+    assert!(words.contains("walls that turn"), "{words}");
 }

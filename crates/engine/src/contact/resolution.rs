@@ -215,7 +215,14 @@ impl<R: Response> Rules<'_, R> {
         }
         let met_fixed = inertias[0].is_fixed() || inertias[1].is_fixed();
         let work = if met_fixed {
-            work_of_wall(&frame, before, inertias, impulse)
+            // Impulses at several points of a wall that turns act on surfaces of different
+            // velocities; no energy is then booked as lost.
+            let turns = |n: usize| inertias[n].is_fixed() && before[n].angular_velocity != 0.0;
+            if points > 1 && (turns(0) || turns(1)) {
+                energy(&after) - energy(before)
+            } else {
+                work_of_wall(&frame, before, inertias, impulse)
+            }
         } else {
             0.0
         };

@@ -147,16 +147,24 @@ pub(crate) fn refuse_unresolved(world: &World, table: &ElasticityTable) -> Resul
     Ok(())
 }
 
-/// Refuses ellipses where the detector does not search them.
+/// Refuses ellipses and walls that turn where the detector does not search them.
 ///
 /// # Errors
-/// [`GridError::Ellipse`].
-pub(crate) fn refuse_ellipses<D: Detection>(world: &World, detection: &D) -> Result<(), GridError> {
-    if detection.searches_ellipses() {
-        return Ok(());
+/// [`GridError::Ellipse`], [`GridError::TurningWall`] or [`GridError::TurningWallAndEllipse`].
+pub(crate) fn refuse_unsearched<D: Detection>(world: &World, detection: &D) -> Result<(), GridError> {
+    let ellipse = || world.bodies.iter().position(Body::has_ellipses);
+    if !detection.searches_ellipses()
+        && let Some(body) = ellipse()
+    {
+        return Err(GridError::Ellipse(body));
     }
-    match world.bodies.iter().position(Body::has_ellipses) {
-        Some(body) => Err(GridError::Ellipse(body)),
+    let turns = |&wall: &usize| world.motions[wall].angular_velocity != 0.0;
+    let Some(wall) = world.moving_walls().find(turns) else {
+        return Ok(());
+    };
+    match ellipse() {
+        _ if !detection.searches_turning_walls() => Err(GridError::TurningWall(wall)),
+        Some(ellipse) => Err(GridError::TurningWallAndEllipse([wall, ellipse])),
         None => Ok(()),
     }
 }

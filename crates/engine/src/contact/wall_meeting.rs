@@ -13,7 +13,7 @@ use crate::world::{
     World,
     body::Body,
     rounding_bound::rounding_bound,
-    wall::wall_speed,
+    wall::{StandingWall, wall_speed},
 };
 
 /// Time over which the rate of a gap is measured, in times in which the bodies travel the shorter
@@ -116,18 +116,23 @@ impl FixedPair<'_> {
     fn gap(&self, time: f64) -> f64 {
         let [a, b] = self.motions.map(|motion| motion.at(time));
         let separation = (b.position - a.position) + self.shift;
-        let [edge_a, edge_b] = self.bodies.map(|body| body.molecule().wall_edge());
-        if let (Some(edge_a), Some(edge_b)) = (edge_a, edge_b) {
-            let along = [(edge_a, a), (edge_b, b)]
-                .map(|(edge, motion)| motion.orientation.cos_sin().rotate(edge.along()));
-            let halves = [edge_a, edge_b].map(carom_geometry::Edge::half_length);
-            let radii = edge_a.radius() + edge_b.radius();
-            if let Some(depth) = self.crossing(separation, along, halves) {
+        let placed = [(self.bodies[0], a), (self.bodies[1], b)];
+        let [wall_a, wall_b] = placed.map(|(body, motion)| StandingWall::new(body, &motion));
+        if let (Some(wall_a), Some(wall_b)) = (wall_a, wall_b) {
+            let spans = [wall_a, wall_b].map(|wall| {
+                let [from, to] = wall.ends();
+                to - from
+            });
+            let along = spans.map(DVec2::normalize);
+            let halves = spans.map(|span| 0.5 * span.length());
+            let between = (wall_b.middle() - wall_a.middle()) + self.shift;
+            let radii = self.bodies[0].reach() + self.bodies[1].reach();
+            if let Some(depth) = self.crossing(between, along, halves) {
                 return -(depth + radii);
             }
             // Two walls across the box have no end points.
             if self.is_across(0) && self.is_across(1) {
-                return along[0].perp_dot(separation).abs() - radii;
+                return along[0].perp_dot(between).abs() - radii;
             }
         }
         let [rotation_a, rotation_b] = [a, b].map(|motion| motion.orientation.cos_sin());

@@ -11,7 +11,7 @@ use carom_response::Response;
 use crate::{
     contact::{
         elasticity_table::ElasticityTable,
-        separation::{refuse_ellipses, refuse_unresolved},
+        separation::{refuse_unsearched, refuse_unresolved},
         simultaneous_contacts::SimultaneousContacts,
         unresolved::Unresolved,
     },
@@ -153,13 +153,18 @@ impl Batch {
         if !body.is_wall() {
             return Err(EditError::NotWall(BodyName::new(body, &self.names)));
         }
-        let name = || BodyName::new(body, &self.names).to_string();
-        // The place does not matter for the check.
-        motion.of_wall(&name(), body.molecule(), &self.world.motions[index])?;
+        let name = BodyName::new(body, &self.names).to_string();
+        // An error leaves the batch unchanged.
+        let (place, bounds) = (&self.world.motions[index], &self.world.bounds);
+        motion.of_wall(&name, body.molecule(), place, bounds)?;
         self.start_to_move();
-        let body = &self.world.bodies[index];
-        let place = self.world.motions[index];
-        self.world.motions[index] = motion.of_wall("", body.molecule(), &place)?;
+        if let Some(sites) = self.sites.as_mut().filter(|_| motion.turn != 0.0) {
+            sites.remove(&self.world, index);
+            motion.set(&mut self.world, index, &name)?;
+            sites.add(&self.world, index);
+        } else {
+            motion.set(&mut self.world, index, &name)?;
+        }
         self.moves = true;
         Ok(())
     }
@@ -533,7 +538,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         } = batch;
         let resolves = |world: &World, elasticity: &ElasticityTable| {
             let checked = refuse_unresolved(world, elasticity);
-            let checked = checked.and_then(|()| refuse_ellipses(world, &self.detection));
+            let checked = checked.and_then(|()| refuse_unsearched(world, &self.detection));
             checked.map_err(|reason| {
                 reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
             })

@@ -9,7 +9,7 @@ use crate::{
     cells::CellScheduler,
     contact::{
         elasticity_table::ElasticityTable,
-        separation::{refuse_ellipses, refuse_unresolved},
+        separation::{refuse_unsearched, refuse_unresolved},
     },
     run::{growth::Growth, simulation::Simulation},
     scene::{
@@ -94,13 +94,13 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ) -> Result<Self, SceneError> {
         let counts = contents.counts();
         let mut singles = contents.singles;
+        move_walls(&mut world, scene)?;
         let mut elasticity = ElasticityTable::new(&scene.elasticity, &mut singles.names)?;
         elasticity.classify(&mut world, &response)?;
         refuse_unresolved(&world, &elasticity)
-            .and_then(|()| refuse_ellipses(&world, &detection))
+            .and_then(|()| refuse_unsearched(&world, &detection))
             .map_err(|reason| reason.named(|body| singles.entry_of(body, &counts)))?;
         world.clock = drag_clock("box.drag", scene.bounds.drag)?;
-        move_walls(&mut world, scene)?;
         refuse_drag(&world, |body| singles.entry_of(body, &counts))?;
         world.random_key = [scene.bounds.seed, scene.bounds.replica];
         world.shrink();

@@ -19,7 +19,7 @@ use crate::{
     contact::{
         elasticity_table::ElasticityTable,
         limits::too_slow,
-        separation::{refuse_ellipses, refuse_unresolved},
+        separation::{refuse_unsearched, refuse_unresolved},
         simultaneous_contacts::SimultaneousContacts,
         unresolved::Unresolved,
     },
@@ -307,7 +307,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         elasticity.classify(&mut world, &response)?;
         let checked = refuse_unresolved(&world, &elasticity);
         checked
-            .and_then(|()| refuse_ellipses(&world, &detection))
+            .and_then(|()| refuse_unsearched(&world, &detection))
             .map_err(|reason| {
                 reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
             })?;
@@ -607,8 +607,10 @@ impl SavedBody {
         if is_open_wall(molecule, orientation, bounds.sides()) {
             return Err("is a wall without end points that does not meet its own images");
         }
+        let may_turn = molecule.is_wall() && !molecule.atoms().is_empty();
         if self.rotation.is_none()
-            && (angular_velocity != 0.0 || velocity != DVec2::ZERO && !molecule.is_wall())
+            && (angular_velocity != 0.0 && !may_turn
+                || velocity != DVec2::ZERO && !molecule.is_wall())
         {
             return Err("is fixed but moves");
         }

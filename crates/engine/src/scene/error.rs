@@ -215,6 +215,14 @@ pub enum GridError {
     /// An ellipse, and a detector that does not search ellipses.
     #[error("this detector does not search ellipses; use method.detector = \"exact\"")]
     Ellipse(usize),
+    /// A wall that turns, and a detector that does not search such walls.
+    #[error("this detector does not search walls that turn; use method.detector = \"exact\"")]
+    TurningWall(usize),
+    /// A wall that turns, and an ellipse: contacts of the two are not searched yet.
+    #[error(
+        "walls that turn and ellipses cannot be in one system yet; use a wall that does not turn, or other shapes"
+    )]
+    TurningWallAndEllipse([usize; 2]),
     /// Atoms whose contacts change energy, and so small in this box that detection resolves their
     /// speed of separation only to more than a thousandth of their speed.
     #[error(
@@ -241,11 +249,12 @@ impl GridError {
             Self::TooFine { bodies: [a, b], .. }
             | Self::BoxTooSmall { bodies: [a, b], .. }
             | Self::BoxTooLarge { bodies: [a, b], .. }
-            | Self::UnresolvedElasticity { bodies: [a, b], .. } => {
+            | Self::UnresolvedElasticity { bodies: [a, b], .. }
+            | Self::TurningWallAndEllipse([a, b]) => {
                 let (a, b) = (name(a), name(b));
                 if a == b { a } else { format!("{a} and {b}") }
             }
-            Self::Ellipse(body) => name(body),
+            Self::Ellipse(body) | Self::TurningWall(body) => name(body),
             Self::CellsPerSide(_) => "the grid".to_owned(),
         };
         SceneError::Grid {

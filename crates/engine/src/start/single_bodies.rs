@@ -320,7 +320,7 @@ pub(crate) fn add_wall(
         )));
     }
     if let Some(motion) = &spec.motion {
-        motion.of_wall(entry, &molecule, &Motion::at_rest(centre))?;
+        motion.of_wall(entry, &molecule, &Motion::at_rest(centre), world.bounds())?;
     }
     let tags = names.intern_all(&spec.tags);
     let kind = BodyKind {
@@ -340,9 +340,7 @@ pub(crate) fn move_walls(world: &mut World, scene: &Scene) -> Result<(), SceneEr
     let first = scene.molecule.len() + scene.bumper.len();
     for (index, spec) in scene.wall.iter().enumerate() {
         if let Some(motion) = &spec.motion {
-            let (wall, entry) = (first + index, format!("wall[{index}]"));
-            let (body, place) = (&world.bodies[wall], &world.motions[wall]);
-            world.motions[wall] = motion.of_wall(&entry, body.molecule(), place)?;
+            motion.set(world, first + index, &format!("wall[{index}]"))?;
         }
     }
     Ok(())

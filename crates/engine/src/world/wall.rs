@@ -21,6 +21,9 @@ const MARGIN: f64 = 1e-9;
 /// A wall in its home image: the position of its edge, and the cells that it passes.
 #[derive(Debug, Clone, Copy)]
 pub struct StandingWall {
+    /// The origin of its frame (length): its middle, or the pivot about which it turns.
+    origin: DVec2,
+    /// Its middle (length).
     centre: DVec2,
     /// Half of its length, from the centre to the second end (length).
     half: DVec2,
@@ -35,8 +38,15 @@ impl StandingWall {
         let edge = *body.molecule().wall_edge()?;
         let rotation = motion.orientation.cos_sin();
         let half = edge.half_length() * rotation.rotate(edge.along());
+        let middle = edge.middle();
+        let centre = if middle == DVec2::ZERO {
+            motion.position
+        } else {
+            motion.position + rotation.rotate(middle)
+        };
         Some(Self {
-            centre: motion.position,
+            origin: motion.position,
+            centre,
             half,
             edge,
             rotation,
@@ -54,6 +64,11 @@ impl StandingWall {
         Some((wall, wall_speed(body, motion) * (0.5 * (to - from))))
     }
 
+    /// Its middle (length).
+    pub(crate) fn middle(&self) -> DVec2 {
+        self.centre
+    }
+
     /// Both ends (length).
     pub fn ends(&self) -> [DVec2; 2] {
         [self.centre - self.half, self.centre + self.half]
@@ -62,7 +77,7 @@ impl StandingWall {
     /// Distance of a point from the surface of the wall (length); negative inside it.
     pub fn gap(&self, place: DVec2) -> f64 {
         let back = DVec2::new(self.rotation.x, -self.rotation.y);
-        self.edge.nearest(back.rotate(place - self.centre)).distance - self.edge.radius()
+        self.edge.nearest(back.rotate(place - self.origin)).distance - self.edge.radius()
     }
 
     /// Every cell that has a point within `reach` (length) of the wall's surface, and a few more at
@@ -202,6 +217,7 @@ mod tests {
         let wall = Molecule::wall(to - from, radius).unwrap();
         let edge = wall.edges()[0];
         StandingWall {
+            origin: 0.5 * (from + to),
             centre: 0.5 * (from + to),
             half: 0.5 * (to - from),
             edge,
