@@ -5,6 +5,7 @@ use carom_engine::{
     CellScheduler, CellsPerSide, HeapScheduler, Instructions, RunError, Scene, Simulation,
     WallMotionSpec,
 };
+use carom_observers::{Group, WallHeat, WallWork};
 use carom_response::Impact;
 
 fn scene(text: &str) -> Scene {
@@ -44,7 +45,11 @@ fn deviation(w: f64, velocity: f64, contacts: usize) -> f64 {
          velocity = [{velocity:?}, 0.25]"
     );
     let mut simulation = Simulation::new(&scene(&text)).unwrap();
-    let mut ball = Ball { time: 0.0, place: 0.5, velocity };
+    let mut ball = Ball {
+        time: 0.0,
+        place: 0.5,
+        velocity,
+    };
     let mut worst = 0.0f64;
     for contact in 0..contacts {
         assert!(simulation.step(1e9, &mut ()).unwrap());
@@ -54,7 +59,10 @@ fn deviation(w: f64, velocity: f64, contacts: usize) -> f64 {
         let off = (motion.velocity.x - ball.velocity).abs() / ball.velocity.abs();
         let late = (view.time().to_f64() - ball.time).abs() / ball.time;
         let away = (motion.position.x - ball.place).abs();
-        assert!(off.max(late).max(away) < 1e-10, "contact {contact}: {off:e}, {late:e}, {away:e}");
+        assert!(
+            off.max(late).max(away) < 1e-10,
+            "contact {contact}: {off:e}, {late:e}, {away:e}"
+        );
         assert_eq!(motion.velocity.y, 0.25);
         worst = worst.max(off).max(late).max(away);
     }
@@ -119,7 +127,11 @@ fn the_ledger_balances_and_no_body_passes_a_piston() {
             }
         }
         let counters = simulation.view().counters();
-        assert!(counters.fixed_collisions > 100, "{}", counters.fixed_collisions);
+        assert!(
+            counters.fixed_collisions > 100,
+            "{}",
+            counters.fixed_collisions
+        );
     }
 }
 
@@ -146,8 +158,15 @@ fn cells_and_the_heap_agree_on_a_piston() {
         cells.run_until(until).unwrap();
         heap.run_until(until).unwrap();
         let (one, other) = (cells.view(), heap.view());
-        assert_eq!(one.counters().collisions, other.counters().collisions, "{gas}");
-        assert_eq!(one.counters().fixed_collisions, other.counters().fixed_collisions);
+        assert_eq!(
+            one.counters().collisions,
+            other.counters().collisions,
+            "{gas}"
+        );
+        assert_eq!(
+            one.counters().fixed_collisions,
+            other.counters().fixed_collisions
+        );
         assert!(one.counters().fixed_collisions > 5);
         for (a, b) in one.bodies().zip(other.bodies()) {
             let off = (a.motion.velocity - b.motion.velocity).length();
@@ -156,8 +175,8 @@ fn cells_and_the_heap_agree_on_a_piston() {
     }
 }
 
-/// A gas in a box whose walls all move with u, and the gas with them, follows the path of the gas in
-/// the box at rest, shifted by u t.
+/// A gas in a box whose walls all move with u, and the gas with them, follows the path of the gas
+/// in the box at rest, shifted by u t.
 #[test]
 fn a_box_that_flies_holds_a_gas_of_the_same_trajectory() {
     let walls = |u: [f64; 2]| {
@@ -173,7 +192,10 @@ fn a_box_that_flies_holds_a_gas_of_the_same_trajectory() {
         let wall = |(from, to)| format!("[[wall]]\nfrom = [{from}]\nto = [{to}]\n{motion}\n");
         let walls: String = frame.map(wall).concat();
         let balls = (0..24).map(|ball| {
-            let at = [0.1875 + 0.03125 * f64::from(ball % 4), 0.25 + 0.09375 * f64::from(ball / 4)];
+            let at = [
+                0.1875 + 0.03125 * f64::from(ball % 4),
+                0.25 + 0.09375 * f64::from(ball / 4),
+            ];
             let angle = f64::from(ball);
             let [vx, vy] = [angle.cos() + u[0], angle.sin() + u[1]];
             let shape = if ball % 3 == 0 { "tee" } else { "disc" };
@@ -227,7 +249,11 @@ fn a_run_with_a_piston_is_resumed_to_the_bit() {
 #[test]
 fn a_compressed_gas_returns_when_all_velocities_are_reversed() {
     let mut simulation = Simulation::new(&scene(&format!("{PISTON}{}", GASES[0]))).unwrap();
-    let start: Vec<_> = simulation.view().bodies().map(|b| b.motion.position).collect();
+    let start: Vec<_> = simulation
+        .view()
+        .bodies()
+        .map(|b| b.motion.position)
+        .collect();
     simulation.run_until(0.125).unwrap();
     assert!(simulation.view().ledger().work > 0.0);
     simulation.reverse();
@@ -250,7 +276,11 @@ fn a_thermal_wall_that_moves_draws_in_its_own_frame() {
     let (mut mean, mut samples) = (0.0, 0.0);
     for step in 0..40 {
         simulation.run_until(5.0 + 0.5 * f64::from(step)).unwrap();
-        for body in simulation.view().bodies().filter(|body| !body.body.is_fixed()) {
+        for body in simulation
+            .view()
+            .bodies()
+            .filter(|body| !body.body.is_fixed())
+        {
             let v = body.motion.velocity - glam::DVec2::new(2.0, 0.0);
             mean += 0.5 * v.length_squared();
             samples += 1.0;
@@ -261,14 +291,28 @@ fn a_thermal_wall_that_moves_draws_in_its_own_frame() {
     let (view, ledger) = (simulation.view(), simulation.view().ledger());
     assert!((ledger.booked() - view.energy()).abs() < 1e-10);
     assert!(ledger.heat.abs() > 1.0 && ledger.work.abs() > 1.0);
+    let mut sums = (WallHeat::new(Group::All), WallWork::new(Group::All));
+    simulation.observe_until(30.0, &mut sums).unwrap();
+    let after = simulation.view().ledger();
+    let [heat, work] = [after.heat - ledger.heat, after.work - ledger.work];
+    assert!((sums.0.heat() - heat).abs() < 1e-9, "{heat}");
+    assert!((sums.1.work() - work).abs() < 1e-9 && work != 0.0, "{work}");
 }
 
 #[test]
 fn a_piston_is_stopped_and_sent_back() {
     let mut simulation = Simulation::new(&scene(&format!("{PISTON}{}", GASES[0]))).unwrap();
-    let piston = simulation.view().bodies().find(|b| b.body.id() == 2).unwrap().body.key();
+    let piston = simulation
+        .view()
+        .bodies()
+        .find(|b| b.body.id() == 2)
+        .unwrap()
+        .body
+        .key();
     simulation.run_until(1.0).unwrap();
-    simulation.move_wall(piston, &WallMotionSpec::default()).unwrap();
+    simulation
+        .move_wall(piston, &WallMotionSpec::default())
+        .unwrap();
     let compressed = simulation.view().energy();
     simulation.run_until(2.0).unwrap();
     assert!((simulation.view().energy() - compressed).abs() < 1e-12 * compressed);
@@ -293,8 +337,9 @@ fn bodies_without_a_way_out_end_a_run_by_name() {
     assert!(error.to_string().contains("(tag press)"), "{error}");
     // The gap of 0.625 closes at 2.5.
     assert!((simulation.time().to_f64() - 2.5).abs() < 1e-3);
-    let gas = format!("{PISTON}{}", GASES[0]);
-    let mut simulation = Simulation::new(&scene(&gas)).unwrap();
+    let gas = "[box]\nsides = [1.0, 0.1]\n[[wall]]\nx = 0.0\n[[wall]]\nx = 0.8\nmotion = { velocity = [-2.0, 0.0] }\n\
+        [[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 12\nregion.x = [0.0, 0.8]";
+    let mut simulation = Simulation::new(&scene(gas)).unwrap();
     let error = simulation.run_until(10.0).unwrap_err();
     assert!(matches!(error, RunError::Squeezed { .. }), "{error}");
 }
@@ -303,11 +348,17 @@ fn bodies_without_a_way_out_end_a_run_by_name() {
 fn motions_out_of_range_and_drags_are_refused_by_name() {
     let refused = |text: &str| Simulation::new(&scene(text)).unwrap_err().to_string();
     let words = refused("[[wall]]\nx = 0.1\nmotion = { velocity = [inf, 0.0] }");
-    assert!(words.contains("wall[0]") && words.contains("velocity"), "{words}");
+    assert!(
+        words.contains("wall[0]") && words.contains("motion of a wall"),
+        "{words}"
+    );
     let words = refused("[[wall]]\nx = 0.1\nmotion = { velocity = [1e-80, 0.0] }");
     assert!(words.contains("wall[0]"), "{words}");
     let words = refused("box.drag = 0.5\n[[wall]]\nx = 0.1\nmotion = { velocity = [1.0, 0.0] }");
-    assert!(words.contains("wall[0]") && words.contains("drag"), "{words}");
+    assert!(
+        words.contains("wall[0]") && words.contains("drag"),
+        "{words}"
+    );
     let scene = scene("[[wall]]\nx = 0.1\n[[bumper]]\nradius = 0.1\nat = [0.5, 0.5]");
     let mut simulation = Simulation::new(&scene).unwrap();
     let keys: Vec<_> = simulation.view().bodies().map(|b| b.body.key()).collect();
@@ -315,7 +366,10 @@ fn motions_out_of_range_and_drags_are_refused_by_name() {
         velocity: [1.0, 0.0],
         ..WallMotionSpec::default()
     };
-    let words = simulation.move_wall(keys[0], &motion).unwrap_err().to_string();
+    let words = simulation
+        .move_wall(keys[0], &motion)
+        .unwrap_err()
+        .to_string();
     assert!(words.contains("no wall"), "{words}");
     simulation.move_wall(keys[1], &motion).unwrap();
     let words = simulation.set_drag(1.0).unwrap_err().to_string();
@@ -324,7 +378,8 @@ fn motions_out_of_range_and_drags_are_refused_by_name() {
 
 #[test]
 fn a_paddle_strikes_a_ball_at_the_computed_time_with_twice_the_speed_of_its_face() {
-    // The hinge at (1/4, 1/2), the ball at a distance of 1/4 along x, and the paddle at -45 degrees.
+    // The hinge at (1/4, 1/2), the ball at a distance of 1/4 along x, and the paddle at -45
+    // degrees.
     for (about, hinge) in [("about = [0.25, 0.5], ", true), ("", false)] {
         let (from, to) = if hinge {
             ([0.25, 0.5], [0.5, 0.25])
@@ -399,7 +454,10 @@ fn cells_and_the_heap_agree_on_paddles_and_a_resumed_run_on_its_bits() {
             heap.view().counters().fixed_collisions
         );
         for (a, b) in cells.view().bodies().zip(heap.view().bodies()) {
-            assert!((a.motion.velocity - b.motion.velocity).length() < 1e-6, "{gas}");
+            assert!(
+                (a.motion.velocity - b.motion.velocity).length() < 1e-6,
+                "{gas}"
+            );
         }
         let mut resumed = Simulation::resume(&cells.end_epoch_here()).unwrap();
         cells.run_until(0.3).unwrap();
@@ -413,7 +471,8 @@ fn cells_and_the_heap_agree_on_paddles_and_a_resumed_run_on_its_bits() {
 
 #[test]
 fn a_paddle_that_has_stopped_is_the_wall_between_its_end_points() {
-    let gas = "[[gas]]\nshape = \"tee\"\natom_radius = 0.006\natom_mass = 1.0\nenergy = 1.0\ncount = 60";
+    let gas =
+        "[[gas]]\nshape = \"tee\"\natom_radius = 0.006\natom_mass = 1.0\nenergy = 1.0\ncount = 60";
     let mut simulation = Simulation::new(&scene(&format!("{PADDLES}{gas}"))).unwrap();
     simulation.run_until(0.1).unwrap();
     let walls: Vec<_> = simulation
@@ -425,7 +484,9 @@ fn a_paddle_that_has_stopped_is_the_wall_between_its_end_points() {
     assert_eq!(walls.len(), 2);
     let mut replaced = simulation.clone();
     for (key, [from, to], radius) in walls {
-        simulation.move_wall(key, &WallMotionSpec::default()).unwrap();
+        simulation
+            .move_wall(key, &WallMotionSpec::default())
+            .unwrap();
         let wall = carom_engine::WallSpec {
             from: Some(from.to_array()),
             to: Some(to.to_array()),
@@ -460,13 +521,19 @@ fn a_paddle_ends_the_run_where_it_meets_a_post() {
 fn turning_walls_that_cannot_be_searched_are_refused_by_name() {
     let refused = |text: &str| Simulation::new(&scene(text)).unwrap_err().to_string();
     let words = refused("[[wall]]\nx = 0.5\nmotion = { turn = 1.0 }");
-    assert!(words.contains("wall[0]") && words.contains("`from` and `to`"), "{words}");
+    assert!(
+        words.contains("wall[0]") && words.contains("`from` and `to`"),
+        "{words}"
+    );
     let words = refused("[[wall]]\nfrom = [0.0, 0.0]\nto = [1.0, 0.5]\nmotion = { turn = 1.0 }");
     assert!(words.contains("shorter than the shorter side"), "{words}");
     let paddle = "[[wall]]\nfrom = [0.1, 0.1]\nto = [0.3, 0.1]\nmotion = { turn = 1.0 }\n";
     let ellipse = "[[molecule]]\nshape = \"ellipse:2\"\nsize = 0.1\nmass = 1.0\nat = [0.5, 0.5]";
     let words = refused(&format!("{paddle}{ellipse}"));
-    assert!(words.contains("wall[0]") && words.contains("ellipses"), "{words}");
+    assert!(
+        words.contains("wall[0]") && words.contains("ellipses"),
+        "{words}"
+    );
     let other = Simulation::<_, _, CellScheduler>::with(
         &scene(paddle),
         carom_detection::BoundingCircles,
@@ -475,4 +542,121 @@ fn turning_walls_that_cannot_be_searched_are_refused_by_name() {
     );
     let words = other.unwrap_err().to_string();
     assert!(words.contains("walls that turn"), "{words}");
+}
+
+/// The place of a piston whose place has a period of 2 and falls by 1/8 in its first half.
+fn saw_tooth(time: f64) -> [f64; 2] {
+    let phase = time.rem_euclid(2.0);
+    if phase < 1.0 {
+        [-0.125 * phase, -0.125]
+    } else {
+        [-0.125 * (2.0 - phase), 0.125]
+    }
+}
+
+#[test]
+fn a_ball_and_a_wall_with_a_table_follow_the_recursion_of_their_contacts() {
+    let text = "[[wall]]\nx = 0.125\n[[wall]]\nx = 0.875\n\
+        motion = { times = [0.0, 1.0, 2.0], places = [[0.5, 0.0], [0.375, 0.0], [0.5, 0.0]], repeat = true }\n\
+        [[molecule]]\nshape = \"disc\"\natom_radius = 0.0625\natom_mass = 2.0\nat = [0.5, 0.5]\nvelocity = [0.7, 0.25]";
+    let mut simulation = Simulation::new(&scene(text)).unwrap();
+    let (mut time, mut place, mut velocity) = (0.0f64, 0.5f64, 0.7f64);
+    for contact in 0..24 {
+        assert!(simulation.step(1e9, &mut ()).unwrap());
+        if velocity < 0.0 {
+            time += (place - 0.1875) / -velocity;
+            (place, velocity) = (0.1875, -velocity);
+        } else {
+            // The first piece of the table in which the ball catches up with the piston.
+            let (mut start, from) = (time, place);
+            loop {
+                let end = start.floor() + 1.0;
+                let [shift, w] = saw_tooth(start);
+                let gap = 0.8125 + shift - (from + velocity * (start - time));
+                let after = gap / (velocity - w);
+                if after >= 0.0 && start + after <= end {
+                    place = from + velocity * (start + after - time);
+                    time = start + after;
+                    velocity = 2.0 * w - velocity;
+                    break;
+                }
+                start = end;
+            }
+        }
+        let view = simulation.view();
+        let motion = view.bodies().next().unwrap().motion;
+        let off = (motion.velocity.x - velocity).abs() + (motion.position.x - place).abs();
+        let late = (view.time().to_f64() - time).abs();
+        assert!(
+            off < 1e-10 && late < 1e-10,
+            "contact {contact}: {off:e}, {late:e}"
+        );
+    }
+    let (view, ledger) = (simulation.view(), simulation.view().ledger());
+    assert!((ledger.booked() - view.energy()).abs() < 1e-13);
+}
+
+#[test]
+fn a_table_ends_at_rest_and_is_resumed_to_the_bit() {
+    let text = "[box]\nseed = 4\n[elasticity]\ndefault = 0.9\n[[wall]]\nx = 0.0\n[[wall]]\nx = 0.9\n\
+        motion = { times = [0.0, 0.25, 0.5, 1.0], places = [[0.0, 0.0], [-0.125, 0.0], [-0.125, 0.0], [-0.25, 0.0]] }\n\
+        [[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 100\nregion.x = [0.0, 0.85]";
+    let mut simulation = Simulation::new(&scene(text)).unwrap();
+    let place = |simulation: &Simulation| {
+        let view = simulation.view();
+        let piston = view.bodies().find(|body| body.body.id() == 1).unwrap();
+        piston.motion.position.x
+    };
+    for (time, expected) in [
+        (0.125, 0.8375),
+        (0.25, 0.775),
+        (0.375, 0.775),
+        (0.75, 0.7125),
+    ] {
+        simulation.run_until(time).unwrap();
+        assert!((place(&simulation) - expected).abs() < 1e-14, "{time}");
+    }
+    let mut resumed = Simulation::resume(&simulation.end_epoch_here()).unwrap();
+    for one in [&mut simulation, &mut resumed] {
+        one.run_until(1.5).unwrap();
+        assert!((place(one) - 0.65).abs() < 1e-14);
+        let (energy, ledger) = (one.view().energy(), one.view().ledger());
+        assert!((ledger.booked() - energy).abs() < 1e-12);
+        assert!(ledger.work > 0.0 && ledger.lost > 0.0);
+    }
+    assert_eq!(simulation.view().ledger(), resumed.view().ledger());
+    for (a, b) in simulation.view().bodies().zip(resumed.view().bodies()) {
+        assert_eq!(a.motion, b.motion);
+    }
+}
+
+#[test]
+fn tables_out_of_range_are_refused_by_name() {
+    for (motion, word) in [
+        (
+            "times = [0.0, 1.0], places = [[0.0, 0.0]]",
+            "as many `places` as `times`",
+        ),
+        (
+            "times = [1.0, 2.0], places = [[0.0, 0.0], [0.1, 0.0]]",
+            "begin with 0",
+        ),
+        (
+            "times = [0.0, 0.0], places = [[0.0, 0.0], [0.1, 0.0]]",
+            "must ascend",
+        ),
+        (
+            "times = [0.0, 1.0], places = [[0.0, 0.0], [0.1, 0.0]], turn = 1.0",
+            "either",
+        ),
+        ("repeat = true", "at least two"),
+    ] {
+        let text = format!("[[wall]]\nx = 0.5\nmotion = {{ {motion} }}");
+        let words = Simulation::new(&scene(&text)).unwrap_err().to_string();
+        assert!(words.contains("wall[0]") && words.contains(word), "{words}");
+    }
+    let text = "box.drag = 0.1\n[[wall]]\nx = 0.5\n\
+        motion = { times = [0.0, 1.0, 2.0], places = [[0.0, 0.0], [0.0, 0.0], [0.1, 0.0]] }";
+    let words = Simulation::new(&scene(text)).unwrap_err().to_string();
+    assert!(words.contains("drag"), "{words}");
 }

@@ -202,8 +202,8 @@ pub trait Detection: Sync {
         false
     }
 
-    /// Whether walls that turn are searched, for bodies without ellipses; else a search that concerns
-    /// one may end as [`Outcome::Unresolved`] at time 0.
+    /// Whether walls that turn are searched, for bodies without ellipses; else a search that
+    /// concerns one may end as [`Outcome::Unresolved`] at time 0.
     fn searches_turning_walls(&self) -> bool {
         false
     }

@@ -180,8 +180,8 @@ impl Grid {
         }
     }
 
-    /// Sorts all bodies into the cells of their positions, for an epoch that ends at `limit` (offset
-    /// in it, time): walls that move are listed for the whole epoch.
+    /// Sorts all bodies into the cells of their positions, for an epoch that ends at `limit`
+    /// (offset in it, time): walls that move are listed for the whole epoch.
     pub fn fill(&mut self, world: &World, counts: [i32; 2], limit: f64) {
         let sides = world.bounds().sides();
         self.counts = counts;

@@ -203,7 +203,8 @@ impl WallPressure {
     }
 
     /// Centres found far from the walls at all samples, and that area summed over the samples
-    /// (length²): their ratio is the density. The area is 0 if the walls are too near to each other.
+    /// (length²): their ratio is the density. The area is 0 if the walls are too near to each
+    /// other.
     pub fn far_from_walls(&self) -> [f64; 2] {
         [
             self.far_count as f64,

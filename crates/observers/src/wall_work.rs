@@ -99,6 +99,24 @@ impl WallWork {
     }
 }
 
+/// The work of a wall, the side of this number, in a contact (mass × length² / time²); 0 for a wall
+/// at rest.
+pub(crate) fn work_of_wall(report: &CollisionReport<'_>, wall: usize) -> f64 {
+    let side = &report.sides[wall];
+    if side.before.is_at_rest() {
+        return 0.0;
+    }
+    // The impulse of the report is that on the second body, and the normal points to it.
+    let sign = if wall == 0 { 1.0 } else { -1.0 };
+    let mut arm = side.arm;
+    // An arm ends at the line of the wall, or on its surface if the contact is rough. The impulse of
+    // a smooth contact is along the normal, where the two have one velocity.
+    if side.body.wall_temperature().is_some() {
+        arm += sign * side.body.reach() * report.normal;
+    }
+    sign * report.impulse.dot(side.before.velocity_of(arm))
+}
+
 impl Observer for WallWork {
     fn watches(&self, bodies: [&Body; 2]) -> bool {
         self.is_wall(bodies[0]) | self.is_wall(bodies[1])
@@ -113,14 +131,7 @@ impl Observer for WallWork {
         let Some(wall) = report.sides.iter().position(|side| self.is_wall(side.body)) else {
             return;
         };
-        let side = &report.sides[wall];
-        // The impulse of the report is that on the second body.
-        let on_body = if wall == 0 {
-            report.impulse
-        } else {
-            -report.impulse
-        };
-        self.work += on_body.dot(side.before.velocity_of(side.arm));
+        self.work += work_of_wall(report, wall);
         self.contacts += 1;
     }
 

@@ -10,7 +10,6 @@ use carom_kinematics::{DragClock, HALF_ULP, Motion};
 use glam::DVec2;
 
 use crate::{
-    contact::wall_meeting::longest_sweep,
     scene::{
         error::{RunError, SceneError},
         least_speed::MIN_SPEED,
@@ -102,7 +101,7 @@ impl Limits {
         contacts: u64,
     ) -> Self {
         let way = way_per_epoch(world);
-        let longest = longest_epoch(world.clock).min(longest_sweep(world));
+        let longest = longest_epoch(world.clock);
         let time = stretch(way, fastest_squared, fastest_spin).min(longest);
         let contacts_left = contacts;
         Self {

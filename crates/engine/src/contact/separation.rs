@@ -151,7 +151,10 @@ pub(crate) fn refuse_unresolved(world: &World, table: &ElasticityTable) -> Resul
 ///
 /// # Errors
 /// [`GridError::Ellipse`], [`GridError::TurningWall`] or [`GridError::TurningWallAndEllipse`].
-pub(crate) fn refuse_unsearched<D: Detection>(world: &World, detection: &D) -> Result<(), GridError> {
+pub(crate) fn refuse_unsearched<D: Detection>(
+    world: &World,
+    detection: &D,
+) -> Result<(), GridError> {
     let ellipse = || world.bodies.iter().position(Body::has_ellipses);
     if !detection.searches_ellipses()
         && let Some(body) = ellipse()

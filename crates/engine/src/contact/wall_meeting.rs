@@ -126,13 +126,17 @@ impl FixedPair<'_> {
             let along = spans.map(DVec2::normalize);
             let halves = spans.map(|span| 0.5 * span.length());
             let between = (wall_b.middle() - wall_a.middle()) + self.shift;
-            let radii = self.bodies[0].reach() + self.bodies[1].reach();
+            let radii = self.radii();
             if let Some(depth) = self.crossing(between, along, halves) {
                 return -(depth + radii);
             }
-            // Two walls across the box have no end points.
+            // Two walls across the box have no end points. Along different axes they always cross.
             if self.is_across(0) && self.is_across(1) {
-                return along[0].perp_dot(between).abs() - radii;
+                return if along[0].perp_dot(along[1]) == 0.0 {
+                    self.distance_of_lines(time).abs() - radii
+                } else {
+                    f64::NEG_INFINITY
+                };
             }
         }
         let [rotation_a, rotation_b] = [a, b].map(|motion| motion.orientation.cos_sin());
@@ -164,6 +168,21 @@ impl FixedPair<'_> {
         Some(depth)
     }
 
+    /// Half the thickness of both (length).
+    fn radii(&self) -> f64 {
+        self.bodies[0].reach() + self.bodies[1].reach()
+    }
+
+    /// Signed distance of the second body from the line of the first, a wall that does not turn
+    /// (length).
+    fn distance_of_lines(&self, time: f64) -> f64 {
+        let [a, b] = self.motions.map(|motion| motion.at(time));
+        let edge = self.bodies[0].molecule().wall_edge();
+        let along = edge.map_or(DVec2::X, carom_geometry::Edge::along);
+        let along = a.orientation.cos_sin().rotate(along);
+        along.perp_dot((b.position - a.position) + self.shift)
+    }
+
     fn is_across(&self, side: usize) -> bool {
         let molecule = self.bodies[side].molecule();
         molecule.is_wall() && molecule.atoms().is_empty()
@@ -177,7 +196,8 @@ impl FixedPair<'_> {
             return None;
         }
         let time = self.first_contact(horizon)?;
-        let rate = (self.gap(time - self.probe) - self.gap(time)) / self.probe;
+        let span = self.probe.min(time);
+        let rate = (self.gap(time - span) - self.gap(time)) / span;
         let margin = MARGIN * self.rounding / rate;
         if !(rate > 0.0 && margin <= self.probe) {
             // They touch without a measurable approach.
@@ -194,10 +214,11 @@ impl FixedPair<'_> {
     /// which the search ends.
     fn first_contact(&self, horizon: f64) -> Option<f64> {
         if self.is_across(0) && self.is_across(1) {
-            // They are parallel, and their gap is linear in time until they meet.
-            let gap = self.gap(0.0);
-            let time = gap * self.probe / (self.gap(-self.probe) - gap);
-            return (time > 0.0 && time <= horizon).then_some(time);
+            // They are parallel: the distance of their lines is linear in time.
+            let [now, later] = [0.0, self.probe].map(|time| self.distance_of_lines(time));
+            let (distance, rate) = (now.abs(), now.signum() * (now - later) / self.probe);
+            let time = (distance - self.radii()) / rate;
+            return (rate > 0.0 && time <= horizon).then_some(time);
         }
         let detector = Exact::default();
         let [a, b] = self.bodies.map(|body| body.molecule().outline());
@@ -211,7 +232,8 @@ impl FixedPair<'_> {
                 Outcome::Contact(contact) => return Some(now + contact.time),
                 Outcome::FreeUntil(time) => now = (now + time).max(f64::next_up(now)),
                 Outcome::Unresolved(time) => return Some(now + time),
-                Outcome::OutOfRange => return Some(now),
+                // Far out of all ranges of a scene.
+                Outcome::OutOfRange => return None,
             }
         }
         Some(now)
@@ -242,12 +264,18 @@ mod tests {
             ("[[wall]]\nx = 0.75\nradius = 0.05", 3.6),
             ("[[bumper]]\nat = [0.75, 0.5]\nradius = 0.125", 3.0),
             ("[[wall]]\nfrom = [0.5, 0.2]\nto = [0.7, 0.4]", 2.0),
-            ("[[wall]]\nx = 0.75\nmotion = { velocity = [-0.125, 0.0] }", 2.0),
+            (
+                "[[wall]]\nx = 0.75\nmotion = { velocity = [-0.125, 0.0] }",
+                2.0,
+            ),
             // The nearest image is behind the border of the box.
             ("[[wall]]\nx = 0.125", 7.0),
         ] {
             let found = end(&format!("{PISTON}{body}"));
-            assert!(found.is_some_and(|t| (t - time).abs() < 1e-11), "{body}: {found:?}");
+            assert!(
+                found.is_some_and(|t| (t - time).abs() < 1e-11),
+                "{body}: {found:?}"
+            );
         }
     }
 
@@ -256,6 +284,7 @@ mod tests {
         for body in [
             // The piston slides along the sides of its cylinder, across the box and of length 2.
             "[[wall]]\ny = 0.0\n[[wall]]\nfrom = [-0.5, 0.5]\nto = [1.5, 0.5]",
+            "[[wall]]\ny = 0.4",
             "[[wall]]\nx = 0.75\nmotion = { velocity = [0.125, 0.0] }",
             "",
         ] {
@@ -277,7 +306,10 @@ mod tests {
         let mut simulation = Simulation::new(&Scene::from_toml(&walls).unwrap()).unwrap();
         for _ in 0..3 {
             let words = simulation.run_until(10.0).unwrap_err().to_string();
-            assert!(words.contains("(tag piston)") && words.contains("(tag stop)"), "{words}");
+            assert!(
+                words.contains("(tag piston)") && words.contains("(tag stop)"),
+                "{words}"
+            );
             assert!((simulation.time().to_f64() - 4.0).abs() < 1e-11);
         }
     }

@@ -11,7 +11,7 @@ use carom_response::Response;
 use crate::{
     contact::{
         elasticity_table::ElasticityTable,
-        separation::{refuse_unsearched, refuse_unresolved},
+        separation::{refuse_unresolved, refuse_unsearched},
         simultaneous_contacts::SimultaneousContacts,
         unresolved::Unresolved,
     },
@@ -23,13 +23,14 @@ use crate::{
         error::{EditError, SceneError},
         least_speed::MIN_SPEED,
         pair_spec::TransparentSpec,
-        wall_motion::{WallMotionSpec, refuse_drag},
+        wall_motion::WallMotionSpec,
     },
     scheduler::Scheduler,
     start::{
         body_builder::inertia,
         single_bodies::{add_molecule, add_wall, deepest_overlap, first_overlap},
         sites::Sites,
+        wall_motions::refuse_drag,
     },
     world::{
         World,

@@ -9,14 +9,16 @@ use crate::{
     cells::CellScheduler,
     contact::{
         elasticity_table::ElasticityTable,
-        separation::{refuse_unsearched, refuse_unresolved},
+        separation::{refuse_unresolved, refuse_unsearched},
     },
     run::{growth::Growth, simulation::Simulation},
-    scene::{
-        Placement, Scene, drag::drag_clock, error::SceneError, wall_motion::refuse_drag,
-    },
+    scene::{Placement, Scene, drag::drag_clock, error::SceneError},
     scheduler::Scheduler,
-    start::{contents::SceneContents, placement, single_bodies::move_walls, start_from},
+    start::{
+        contents::SceneContents,
+        placement, start_from,
+        wall_motions::{move_walls, refuse_drag},
+    },
     world::World,
 };
 

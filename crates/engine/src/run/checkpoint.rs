@@ -19,7 +19,7 @@ use crate::{
     contact::{
         elasticity_table::ElasticityTable,
         limits::too_slow,
-        separation::{refuse_unsearched, refuse_unresolved},
+        separation::{refuse_unresolved, refuse_unsearched},
         simultaneous_contacts::SimultaneousContacts,
         unresolved::Unresolved,
     },
@@ -45,6 +45,7 @@ use crate::{
         heat::HeatByTag,
         pair_table::PairTable,
         tags::{TagNames, Tags},
+        wall_table::WallTable,
     },
 };
 
@@ -86,6 +87,8 @@ pub struct Checkpoint {
     last_contacts: Vec<f64>,
     /// Axes of round bodies that self-propulsion drives, by the order of the bodies.
     axes: Vec<Option<Orientation>>,
+    /// Walls whose velocity changes at given times.
+    wall_tables: Vec<WallTable>,
     names: TagNames,
     elasticity: SavedElasticity,
     transparent: Vec<TransparentSpec>,
@@ -161,6 +164,12 @@ pub enum CheckpointError {
         "the checkpoint has {0} axes; it must have at most one per body, from -0.5 to 0.5 turns"
     )]
     Axes(usize),
+    /// A table of a wall whose numbers are out of range, or of a body that is no wall.
+    #[error(
+        "table {0} of the walls in the checkpoint must be that of a wall, with durations above 0, finite velocities, and a \
+         next piece in the future"
+    )]
+    WallTable(usize),
     /// A tag with heat has no name.
     #[error("the checkpoint has heat of a tag without a name")]
     UnnamedHeat,
@@ -224,6 +233,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             windings: _,
             last_contacts,
             axes,
+            wall_tables,
             epoch,
             next_id,
             random_key,
@@ -246,6 +256,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             bodies,
             last_contacts: last_contacts.clone(),
             axes: axes.clone(),
+            wall_tables: wall_tables.clone(),
             names: names.clone(),
             elasticity: elasticity.spec().into(),
             transparent: transparent.to_vec(),
@@ -324,6 +335,18 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         }
         world.last_contacts.clone_from(&checkpoint.last_contacts);
         world.axes.clone_from(&checkpoint.axes);
+        let is_of_wall = |table: &WallTable| {
+            let wall = world.index(table.key);
+            table.is_valid() && wall.is_some_and(|wall| world.bodies[wall].is_wall())
+        };
+        if let Some(wrong) = checkpoint
+            .wall_tables
+            .iter()
+            .position(|table| !is_of_wall(table))
+        {
+            return Err(CheckpointError::WallTable(wrong));
+        }
+        world.wall_tables.clone_from(&checkpoint.wall_tables);
         if let Some((index, value)) = too_slow(&world) {
             return Err(CheckpointError::Speed {
                 index,

@@ -11,7 +11,7 @@ use crate::{
         limits::{Limits, longest_epoch, refuse_time_scales_too_far_apart, too_slow},
         simultaneous_contacts::SimultaneousContacts,
         unresolved::Unresolved,
-        wall_meeting::first_meeting,
+        wall_meeting::{first_meeting, longest_sweep},
     },
     run::{
         epoch_loop::{EpochEnd, EpochLoop},
@@ -33,12 +33,12 @@ use crate::{
 
 /// Epochs for which meetings of walls are searched for at once. Smaller: more searches. Larger:
 /// more images of the box in each.
-const EPOCHS_OF_SEARCH: f64 = 16.0;
+const EPOCHS_OF_SEARCH: f64 = 4.0;
 
 /// Largest ratio of the kinetic energy to that put into the system and that of all bodies at the
 /// speed of the fastest wall, where walls have constant velocities: 2²⁸. A body between two walls
-/// that close is then 2¹⁴ times as fast, in a gap 2¹⁴ times narrower. Smaller: a real compression is
-/// refused. Larger: more contacts until the run ends, in proportion to its square root.
+/// that close is then 2¹⁴ times as fast, in a gap 2¹⁴ times narrower. Smaller: a real compression
+/// is refused. Larger: more contacts until the run ends, in proportion to its square root.
 const MAX_COMPRESSION: f64 = 268_435_456.0;
 
 /// Largest difference between two equal times, relative to them: each is rounded a few times.
@@ -472,6 +472,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if let Epoch::Running(_) = self.epoch {
             return Ok(());
         }
+        self.world.advance_wall_tables();
         let motions = &self.world.motions;
         let fastest_squared = motions
             .iter()
@@ -517,8 +518,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         );
         if self.world.moving_walls().next().is_some() {
             self.refuse_squeezed()?;
+            limits.end_by(longest_sweep(&self.world));
             limits.end_by(self.meeting_of_walls(limits.time())?);
         }
+        limits.end_by(self.world.next_change_of_walls());
         // A drag that ends the epoch lets no body move much farther, and the run ends.
         if limits.time() < longest_epoch(self.world.clock) {
             refuse_time_scales_too_far_apart(
@@ -540,6 +543,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// The time of the first meeting of a wall that moves with a fixed body (offset in the epoch,
     /// time), if it is before `limit`; else any later time.
     fn meeting_of_walls(&mut self, limit: f64) -> Result<f64, RunError> {
+        let limit = limit.min(self.world.next_change_of_walls());
         let apart_for = self.walls_meet_after.since(self.world.epoch);
         if limit < apart_for {
             return Ok(apart_for);
@@ -547,8 +551,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         match first_meeting(&self.world, limit) {
             // Further meetings are searched for together, since an epoch may be short.
             None => {
+                // Walls with tables have other velocities later.
                 let horizon = EPOCHS_OF_SEARCH * limit;
-                if first_meeting(&self.world, horizon).is_none() {
+                if self.world.wall_tables.is_empty()
+                    && first_meeting(&self.world, horizon).is_none()
+                {
                     self.walls_meet_after = self.world.epoch.after(horizon);
                 }
                 Ok(limit)
@@ -564,15 +571,17 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         }
     }
 
-    /// Refuses to continue where walls of constant velocity have raised the energy beyond
-    /// [`MAX_COMPRESSION`].
+    /// Refuses to continue where walls have raised the energy beyond [`MAX_COMPRESSION`]; walls
+    /// that come back may do so.
     fn refuse_squeezed(&self) -> Result<(), RunError> {
         let world = &self.world;
         let speed = |&wall: &usize| wall_speed(&world.bodies[wall], &world.motions[wall]);
         let fastest = world
             .moving_walls()
             .max_by(|one, other| speed(one).total_cmp(&speed(other)));
-        let Some(fastest) = fastest else {
+        let Some(fastest) =
+            fastest.filter(|_| !world.wall_tables.iter().any(|table| table.repeats))
+        else {
             return Ok(());
         };
         let masses = world.bodies.iter().filter(|body| !body.is_fixed());

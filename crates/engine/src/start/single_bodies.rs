@@ -334,18 +334,6 @@ pub(crate) fn add_wall(
     Ok(world.insert(kind, Motion::at_rest(centre)))
 }
 
-/// Gives the walls of a scene their motions, in a world whose first bodies are the single bodies of
-/// the scene. They are at rest while the gases are placed and grow.
-pub(crate) fn move_walls(world: &mut World, scene: &Scene) -> Result<(), SceneError> {
-    let first = scene.molecule.len() + scene.bumper.len();
-    for (index, spec) in scene.wall.iter().enumerate() {
-        if let Some(motion) = &spec.motion {
-            motion.set(world, first + index, &format!("wall[{index}]"))?;
-        }
-    }
-    Ok(())
-}
-
 /// Two bodies of a world that overlap beyond rounding, in the order of insertion, and the depth
 /// (length); two fixed bodies may overlap.
 pub(crate) fn first_overlap(world: &World) -> Option<([usize; 2], f64)> {

@@ -76,10 +76,10 @@ impl Add for SchedulerCounters {
 
 /// Energy lost and put in since the system was built (mass × length² / time²).
 ///
-/// At any time the kinetic energy is `initial − lost + put_in + heat + work − dragged`, to rounding: each
-/// contact and each edit may add an error of some roundings of the largest energy and of the
-/// largest entry so far. After a large energy has been put in and taken out again, the error may
-/// exceed the energy left.
+/// At any time the kinetic energy is `initial − lost + put_in + heat + work − dragged`, to
+/// rounding: each contact and each edit may add an error of some roundings of the largest energy
+/// and of the largest entry so far. After a large energy has been put in and taken out again, the
+/// error may exceed the energy left.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Ledger {
@@ -99,8 +99,8 @@ pub struct Ledger {
     /// can sum it by wall.
     pub heat: f64,
     /// Work of the walls that move ([`WallSpec::motion`](crate::WallSpec::motion)) on the bodies
-    /// that touch them: the sum of J · w over these contacts, with the impulse J on the body and the
-    /// velocity w of the wall at the point of contact.
+    /// that touch them: the sum of J · w over these contacts, with the impulse J on the body and
+    /// the velocity w of the wall at the point of contact.
     pub work: f64,
     /// Energy taken by the drag of all bodies
     /// ([`Simulation::set_drag`](crate::Simulation::set_drag)).

@@ -216,10 +216,10 @@ pub fn moves_walls(scene: &Scene) -> bool {
     let added = scene.stage.iter().flat_map(|stage| &stage.add_wall);
     let of_stages = scene.stage.iter().flat_map(|stage| &stage.move_wall);
     let walls = scene.wall.iter().chain(added);
-    let motions = walls.filter_map(|wall| wall.motion);
+    let motions = walls.filter_map(|wall| wall.motion.as_ref());
     motions
-        .chain(of_stages.map(|set| set.motion))
-        .any(|motion| motion != WallMotionSpec::default())
+        .chain(of_stages.map(|set| &set.motion))
+        .any(|motion| *motion != WallMotionSpec::default())
 }
 
 /// Whether a thermostat drives bodies along axes of their own.

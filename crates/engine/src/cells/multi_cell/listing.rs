@@ -210,9 +210,7 @@ impl CellState {
                 let shift = bounds.shift(image.map(i64::from));
                 let near = match (&multi_cell_body.wall, &there.wall) {
                     (Some(wall), _) => near_wall(wall, multi_cell_body.shell, there, shift),
-                    (None, Some(wall)) => {
-                        near_wall(wall, there.shell, multi_cell_body, -shift)
-                    }
+                    (None, Some(wall)) => near_wall(wall, there.shell, multi_cell_body, -shift),
                     (None, None) => {
                         let radii = multi_cell_body.radius + there.radius;
                         let reach = (factor * radii + multi_cell_body.shell + there.shell) * MARGIN;

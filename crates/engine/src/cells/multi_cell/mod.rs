@@ -14,8 +14,8 @@
 //!
 //! A wall that moves is listed for a span of time, in every cell from which it can be touched in
 //! that span: h is then the largest distance of a point of the wall from its place in the middle of
-//! the span. At the end of the span the wall is listed anew, and the bodies in the cells that it has
-//! entered are predicted. Its motion never changes, so that it is not predicted itself.
+//! the span. At the end of the span the wall is listed anew, and the bodies in the cells that it
+//! has entered are predicted. Its motion never changes, so that it is not predicted itself.
 
 mod covered;
 mod earliest_event;
