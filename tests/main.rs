@@ -18,6 +18,7 @@ mod images;
 mod inelastic;
 mod invariants;
 mod joint_contacts;
+mod moving_walls;
 mod observers;
 mod oracles;
 mod overlap;

@@ -96,6 +96,10 @@ impl Default for Exact {
 }
 
 impl Detection for Exact {
+    fn searches_turning_walls(&self) -> bool {
+        true
+    }
+
     fn searches_curves(&self) -> bool {
         true
     }

@@ -203,6 +203,12 @@ pub trait Detection: Sync {
         false
     }
 
+    /// Whether walls that turn are searched, for bodies without ellipses; else a search that
+    /// concerns one may end as [`Outcome::Unresolved`] at time 0.
+    fn searches_turning_walls(&self) -> bool {
+        false
+    }
+
     /// Whether contact times of pairs of discs are those of the closed form
     /// ([`DiscLanes::contact_times`]). A scheduler may then evaluate it itself, in SIMD lanes,
     /// instead of calling [`Self::disc_contacts`].

@@ -180,8 +180,9 @@ impl Grid {
         }
     }
 
-    /// Sorts all bodies into the cells of their positions.
-    pub fn fill(&mut self, world: &World, counts: [i32; 2]) {
+    /// Sorts all bodies into the cells of their positions, for an epoch that ends at `limit`
+    /// (offset in it, time): walls that move are listed for the whole epoch.
+    pub fn fill(&mut self, world: &World, counts: [i32; 2], limit: f64) {
         let sides = world.bounds().sides();
         self.counts = counts;
         self.side = DVec2::new(
@@ -205,19 +206,20 @@ impl Grid {
             }
             self.cells[(place[1] * counts[0] + place[0]) as usize].push(index as u32);
         }
-        self.list_walls(world);
+        self.list_walls(world, limit);
     }
 
-    /// Lists each wall in every cell that can hold the centre of a body that touches it.
-    fn list_walls(&mut self, world: &World) {
+    /// Lists each wall in every cell that can hold the centre of a body that touches it before
+    /// `limit` (offset in the epoch, time).
+    fn list_walls(&mut self, world: &World, limit: f64) {
         self.walls.clear();
         let reach = world.largest_moving_radius();
         for (index, (body, motion)) in world.bodies().iter().zip(world.motions()).enumerate() {
-            let Some(wall) = StandingWall::new(body, motion) else {
+            let Some((wall, way)) = StandingWall::during(body, motion, [0.0, limit]) else {
                 continue;
             };
             self.walls.resize_with(self.cells.len(), SmallVec::new);
-            for cell in wall.cells_within(reach, self.side) {
+            for cell in wall.cells_within(reach + way, self.side) {
                 let ([column, row], image) = folded(cell, self.counts.map(i64::from));
                 let list = &mut self.walls[(row * i64::from(self.counts[0]) + column) as usize];
                 // `image` is that of the cell as seen from the wall; the other way it has the

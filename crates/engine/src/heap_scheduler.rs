@@ -12,7 +12,7 @@
 //!
 //! No contact is missed on a grid that is not refused. Bodies i and j are *related* through an
 //! image k of j while their cells are adjacent through k. A body and a wall are related while the
-//! body's cell lists the wall; every cell from which the wall can be touched lists it.
+//! body's cell lists the wall; every cell from which the wall can be touched in the epoch lists it.
 //!
 //! 1. **Contact implies relation.** *Proof.* A cell is at least as long as any two bodies reach.
 //! 2. **A relation begins with a prediction.** *Proof.* It begins at the start of an epoch, or when
@@ -143,7 +143,7 @@ impl Scheduler for HeapScheduler {
         self.heap.clear();
         self.limit = limit;
         self.separation_error = separation_error(world);
-        self.grid.fill(world, self.counts);
+        self.grid.fill(world, self.counts, limit);
         self.motions.clone_from(&world.motions);
         self.windings.clone_from(&world.windings);
         self.wrapped.start(world.bodies.len());

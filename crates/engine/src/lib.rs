@@ -87,6 +87,7 @@ pub use scene::stage_spec::{HeatSpec, RelabelSpec, ThermostatKind, ThermostatSpe
 pub use scene::stop_spec::StopSpec;
 pub use scene::thermostat_rule::{LangevinStep, SelfPropulsion, ThermostatRule};
 pub use scene::thermostat_target::ThermostatTarget;
+pub use scene::wall_motion::{MoveWallSpec, WallMotionSpec};
 pub use scene::{
     ArcSpec, BoxSpec, BumperSpec, MoleculeSpec, Placement, RunSpec, Scene, StageSpec, StartSpec,
     WallSpec,

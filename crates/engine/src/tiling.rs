@@ -191,6 +191,8 @@ pub enum TileUse {
     LargeBodies,
     /// A wall has a temperature: each contact with it draws the next number of one sequence.
     ThermalWalls,
+    /// A wall moves, and would have to be listed in the cells of several tiles while it does.
+    MovingWalls,
     /// Rules for pairs of tags affect bodies ([`TransparentSpec`](crate::TransparentSpec),
     /// [`DiameterSpec`](crate::DiameterSpec)), of which tiles know nothing.
     PairRules,
@@ -211,6 +213,7 @@ impl fmt::Display for TileUse {
             Self::SmallBox => "too few cells",
             Self::LargeBodies => "bodies larger than a cell move",
             Self::ThermalWalls => "a wall has a temperature",
+            Self::MovingWalls => "a wall moves",
             Self::PairRules => "rules for pairs of tags",
             Self::Dilute => "a dilute gas",
             Self::Detector => "a detector without the closed form",

@@ -124,6 +124,17 @@ impl Edge {
         })
     }
 
+    /// This edge with its middle at `middle` (length).
+    pub(crate) fn with_middle(self, middle: DVec2) -> Self {
+        let half = 0.5 * self.span;
+        let reach = (middle - half).length().max((middle + half).length());
+        Self {
+            middle,
+            reach: reach * (1.0 + 4.0 * f64::EPSILON),
+            ..self
+        }
+    }
+
     /// This edge with the first two atoms of its body at its ends.
     pub(crate) fn with_ends(self) -> Self {
         Self {
@@ -144,7 +155,7 @@ impl Edge {
     }
 
     /// The middle of the line between the ends, in the frame of the body (length); the origin for a
-    /// straight wall and a half-plane.
+    /// half-plane and a straight wall without a pivot.
     pub fn middle(&self) -> DVec2 {
         self.middle
     }

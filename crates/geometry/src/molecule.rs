@@ -13,7 +13,7 @@ use crate::{
     Atom, AtomRow, Bend, CircleTree, Edge, Ellipse, FacingParts, GeometryError, Outline, Shape,
     Support,
     atom::reach,
-    check_positive,
+    check_length, check_positive,
     covered_area::covered_area,
     hull::{HullSide, hull_sides},
     interior::{self, Interior, MIN_ROUNDING},
@@ -403,6 +403,40 @@ impl Molecule {
         self
     }
 
+    /// A wall between two end points whose middle is at `middle` in its own frame (length): the
+    /// origin is the pivot about which it turns.
+    ///
+    /// ```
+    /// use carom_geometry::Molecule;
+    /// use glam::DVec2;
+    ///
+    /// // A flap with its hinge at one end.
+    /// let flap = Molecule::wall_about(DVec2::new(2.0, 0.0), DVec2::new(1.0, 0.0), 0.5)?;
+    /// assert_eq!(flap.atoms()[0].offset(), DVec2::ZERO);
+    /// assert!((flap.bounding_radius() - 2.5).abs() < 1e-14);
+    /// # Ok::<(), carom_geometry::GeometryError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Self::wall`], and if `middle` is not finite.
+    pub fn wall_about(span: DVec2, middle: DVec2, radius: f64) -> Result<Self, GeometryError> {
+        check_length("the x distance of a wall from its pivot", middle.x)?;
+        check_length("the y distance of a wall from its pivot", middle.y)?;
+        let mut wall = Self::wall(span, radius)?;
+        if middle == DVec2::ZERO {
+            return Ok(wall);
+        }
+        wall.atoms = [-0.5, 0.5]
+            .map(|half| Atom::end_of_wall(middle + half * span, radius))
+            .into_iter()
+            .collect();
+        let edges = wall.edges.into_iter();
+        wall.edges = edges.map(|edge| edge.with_middle(middle)).collect();
+        let reach = wall.edges.iter().map(Edge::reach).fold(0.0, f64::max);
+        wall.bounding_radius = (reach + radius) * (1.0 + 4.0 * f64::EPSILON);
+        Ok(wall)
+    }
+
     /// A wall without end points, for a wall that meets its own periodic image.
     ///
     /// # Errors
@@ -462,7 +496,8 @@ impl Molecule {
             } else if self.atoms.is_empty() {
                 Self::wall_without_ends(scale * wall.span(), scale * wall.radius())
             } else {
-                Self::wall(scale * wall.span(), scale * wall.radius())
+                let middle = scale * wall.middle();
+                Self::wall_about(scale * wall.span(), middle, scale * wall.radius())
             };
         }
         let atom =
@@ -676,6 +711,7 @@ enum Written {
     },
     Wall {
         span: DVec2,
+        middle: DVec2,
         radius: f64,
         has_ends: bool,
     },
@@ -699,6 +735,7 @@ impl From<Molecule> for Written {
             }
             return Self::Wall {
                 span: wall.span(),
+                middle: wall.middle(),
                 radius: wall.radius(),
                 has_ends: !molecule.atoms.is_empty(),
             };
@@ -749,13 +786,15 @@ impl TryFrom<Written> for Molecule {
             Written::Arc { bend, radius } => Self::arc(bend, radius),
             Written::Wall {
                 span,
+                middle,
                 radius,
                 has_ends: true,
-            } => Self::wall(span, radius),
+            } => Self::wall_about(span, middle, radius),
             Written::Wall {
                 span,
                 radius,
                 has_ends: false,
+                ..
             } => Self::wall_without_ends(span, radius),
         }
     }

@@ -66,6 +66,11 @@ impl Motion {
         self.position + self.velocity * (time - self.time)
     }
 
+    /// Whether velocity and angular velocity are 0.
+    pub fn is_at_rest(&self) -> bool {
+        self.velocity == DVec2::ZERO && self.angular_velocity == 0.0
+    }
+
     /// Velocity of the material point at `arm` from the centre of mass (length per time).
     pub fn velocity_of(&self, arm: DVec2) -> DVec2 {
         self.velocity + self.angular_velocity * arm.perp()

@@ -21,7 +21,7 @@ pub struct Exhibit {
 }
 
 /// All scenes.
-pub const EXHIBITS: [Exhibit; 10] = [
+pub const EXHIBITS: [Exhibit; 11] = [
     Exhibit {
         name: "tee",
         about: "The molecule of the thesis: a tee in a gas of discs, which push it about",
@@ -69,6 +69,12 @@ pub const EXHIBITS: [Exhibit; 10] = [
         about: "Two kinds of molecules in a closed box of two chambers with a gap between them",
         measure: "pressure",
         example: "walls",
+    },
+    Exhibit {
+        name: "piston",
+        about: "A piston compresses a gas and returns, while a paddle stirs it",
+        measure: "wall-work:piston",
+        example: "piston",
     },
     Exhibit {
         name: "conduction",

@@ -44,16 +44,22 @@ pub struct StateWatch {
 /// which may be far larger than what remains in a gas that has lost nearly all of it.
 #[derive(Debug, Default)]
 struct Exchange {
-    /// Energy lost in contacts, put in by edits and thermostats, received from heated walls, and
-    /// taken by drag, at the last look.
-    last: [f64; 4],
+    /// Energy lost in contacts, put in by edits and thermostats, received from heated walls and
+    /// from walls that move, and taken by drag, at the last look.
+    last: [f64; 5],
     /// Sum of the magnitudes of the changes between two looks.
     sum: f64,
 }
 
 impl Exchange {
     fn so_far(&mut self, ledger: &Ledger) -> f64 {
-        let now = [ledger.lost, ledger.put_in, ledger.heat, ledger.dragged];
+        let now = [
+            ledger.lost,
+            ledger.put_in,
+            ledger.heat,
+            ledger.work,
+            ledger.dragged,
+        ];
         self.sum += now
             .iter()
             .zip(self.last)

@@ -105,6 +105,10 @@ impl Detection for AnyDetector {
         delegate!(self, detector => detector.contact_time_lower_bound(query, lanes, horizon))
     }
 
+    fn searches_turning_walls(&self) -> bool {
+        delegate!(self, detector => detector.searches_turning_walls())
+    }
+
     fn searches_curves(&self) -> bool {
         delegate!(self, detector => detector.searches_curves())
     }

@@ -1,8 +1,8 @@
 //! Kinetic energy, its expected value, and momentum, at each sample.
 //!
 //! E = Σ ½ m v² + ½ I ω² (mass × length² / time²). Its expected ("booked") value is the energy at
-//! the start, less the loss in inelastic contacts, plus the energy put in by edits. The difference
-//! of the two is due to rounding alone.
+//! the start, less the loss in inelastic contacts, plus the energy put in by edits and by walls. The
+//! difference of the two is due to rounding alone.
 
 use carom_engine::{Ledger, Observer, View};
 use glam::DVec2;
@@ -40,8 +40,8 @@ pub struct LedgerPoint {
     pub energy: f64,
     /// The expected kinetic energy (mass × length² / time²).
     pub booked: f64,
-    /// The largest of the energies lost in contacts, put in by edits, given by thermal walls and
-    /// taken by drag so far, by magnitude (mass × length² / time²).
+    /// The largest of the energies lost in contacts, put in by edits, given by thermal walls, given
+    /// by the work of walls and taken by drag so far, by magnitude (mass × length² / time²).
     pub exchanged: f64,
     /// Total momentum (mass × length / time).
     pub momentum: DVec2,
@@ -77,6 +77,7 @@ fn largest_exchange(ledger: &Ledger) -> f64 {
         .abs()
         .max(ledger.put_in.abs())
         .max(ledger.heat.abs())
+        .max(ledger.work.abs())
         .max(ledger.dragged)
 }
 

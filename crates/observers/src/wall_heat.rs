@@ -1,13 +1,14 @@
 //! The heat that bodies receive from walls with a temperature.
 //!
 //! At each contact with such a wall a body receives ΔE = ½ m (v′² − v²) + ½ I (ω′² − ω²) (mass ×
-//! length² / time²). The sum over all walls is the heat of the ledger.
+//! length² / time²), of which the work of a wall that moves is no heat. The sum over all walls is
+//! the heat of the ledger.
 
 use carom_engine::{Body, CollisionReport, Observer, View};
 use carom_kinematics::{EpochTime, kinetic_energy};
 use serde::{Deserialize, Serialize};
 
-use crate::Group;
+use crate::{Group, wall_work::work_of_wall};
 
 /// Heat received from the walls of a group that have a temperature, and the contacts with them.
 ///
@@ -115,7 +116,8 @@ impl Observer for WallHeat {
         };
         let side = &report.sides[1 - wall];
         let inertia = side.body.inertia();
-        self.heat += kinetic_energy(&side.after, inertia) - kinetic_energy(&side.before, inertia);
+        let gained = kinetic_energy(&side.after, inertia) - kinetic_energy(&side.before, inertia);
+        self.heat += gained - work_of_wall(report, wall);
         self.contacts += 1;
     }
 

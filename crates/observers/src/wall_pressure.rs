@@ -5,6 +5,9 @@
 //! their sides: that of the gas where it is not disturbed by the walls. There its density is n, so
 //! that p = p(n) of the equation of state. At the walls the density of centres is p/kT for smooth
 //! elastic contacts of a gas at equilibrium (contact theorem; Henderson, Blum & Lebowitz 1979).
+//!
+//! Walls may move: impulses do not depend on the frame, and distances are those from the places of
+//! the walls at each sample.
 
 use carom_engine::{Body, BodyView, CollisionReport, Observer, View};
 use carom_kinematics::EpochTime;
@@ -61,7 +64,11 @@ pub struct WallPressure {
     impulse: f64,
     counts: Vec<u64>,
     far_count: u64,
+    /// Samples since the walls have stood at `planes`.
     samples: u64,
+    /// Areas of the layers, and of the places far from the walls, summed over the samples before
+    /// (length²): those of walls that move differ.
+    areas_before: Vec<f64>,
     start: Option<EpochTime>,
     duration: f64,
 }
@@ -153,6 +160,7 @@ impl WallPressure {
             counts: vec![0; bins],
             far_count: 0,
             samples: 0,
+            areas_before: vec![0.0; bins + 1],
             start: None,
             duration: 0.0,
         };
@@ -194,35 +202,57 @@ impl WallPressure {
         ]
     }
 
-    /// Centres found far from the walls at all samples, and the samples times that area (length²):
-    /// their ratio is the density. The area is 0 if the walls are too near to each other.
+    /// Centres found far from the walls at all samples, and that area summed over the samples
+    /// (length²): their ratio is the density. The area is 0 if the walls are too near to each
+    /// other.
     pub fn far_from_walls(&self) -> [f64; 2] {
         [
             self.far_count as f64,
-            self.samples as f64 * self.area(self.far, f64::INFINITY),
+            self.areas().last().copied().unwrap_or(0.0),
         ]
     }
 
     /// The layers from the walls to the middle between them.
     pub fn layers(&self) -> Vec<WallLayer> {
-        let layer = |(bin, &count): (usize, &u64)| {
+        let areas = self.areas();
+        let layer = |(bin, (&count, area)): (usize, (&u64, f64))| {
             let [from, to] = [bin, bin + 1].map(|edge| edge as f64 * self.width);
-            // The last one ends at the middle: rounding leaves nothing beyond.
-            let area = self.area(
-                from,
-                if bin + 1 == self.counts.len() {
-                    f64::INFINITY
-                } else {
-                    to
-                },
-            );
             WallLayer {
                 distance: 0.5 * (from + to),
                 count,
-                area: self.samples as f64 * area,
+                area,
             }
         };
-        self.counts.iter().enumerate().map(layer).collect()
+        let layers = self.counts.iter().zip(areas);
+        layers.enumerate().map(layer).collect()
+    }
+
+    /// Areas of the layers, and then of the places far from the walls, summed over the samples
+    /// (length²).
+    fn areas(&self) -> Vec<f64> {
+        let bins = self.counts.len();
+        let area = |(bin, before): (usize, &f64)| {
+            let [from, to] = [bin, bin + 1].map(|edge| edge as f64 * self.width);
+            // The last layer ends at the middle: rounding leaves nothing beyond.
+            let area = match bin {
+                _ if bin == bins => self.area(self.far, f64::INFINITY),
+                _ if bin + 1 == bins => self.area(from, f64::INFINITY),
+                _ => self.area(from, to),
+            };
+            before + self.samples as f64 * area
+        };
+        self.areas_before.iter().enumerate().map(area).collect()
+    }
+
+    /// Takes the places of walls that have moved since the last sample.
+    fn follow(&mut self, view: &View<'_>) {
+        if let Ok(walls) = WallsAcross::new(view, self.walls)
+            && walls.axis == self.axis
+            && walls.places != self.planes
+        {
+            self.areas_before = self.areas();
+            (self.samples, self.planes) = (0, walls.places);
+        }
     }
 
     fn is_wall(&self, body: &Body) -> bool {
@@ -247,6 +277,7 @@ impl Observer for WallPressure {
     fn sample(&mut self, view: &View<'_>) {
         let start = *self.start.get_or_insert(view.time());
         self.duration = view.time().since(start);
+        self.follow(view);
         self.samples += 1;
         for body in view.bodies().filter(|body| !body.body.is_fixed()) {
             let distance = self.distance(body.motion.position[self.axis]);

@@ -168,7 +168,8 @@
       context.fill();
     }
     context.lineCap = "round";
-    for (const [x1, y1, x2, y2, r] of animation.walls) {
+    for (const wall of animation.walls) {
+      const [x1, y1, x2, y2, r] = wallAt(wall, time);
       const [x, y] = [(x1 + x2) / 2, (y1 + y2) / 2];
       context.strokeStyle = style.color;
       context.lineWidth = Math.max(2 * r, 2.5 / scale);
@@ -180,6 +181,15 @@
       });
     }
     if (animation.watched !== null && wide < width) arrows(context, scale, time, states);
+  }
+
+  // The ends of a wall after a time, from its pivot and its motion if it moves.
+  function wallAt([x1, y1, x2, y2, r, px, py, vx, vy, spin], after) {
+    if (px === undefined) return [x1, y1, x2, y2, r];
+    const [cos, sin] = [Math.cos(spin * after), Math.sin(spin * after)];
+    const [ox, oy] = [px + vx * after, py + vy * after];
+    const end = (x, y) => [ox + cos * (x - px) - sin * (y - py), oy + sin * (x - px) + cos * (y - py)];
+    return [...end(x1, y1), ...end(x2, y2), r];
   }
 
   // Latest impulses on the observed body, drawn from its centre; the length is the change of velocity.

@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use anyhow::{Context, Result};
 use carom::{
     CollisionReport, Observer, View,
-    engine::Body,
+    engine::{Body, BodyView},
     observers::{FlightLog, LoggedFlight, colour, coloured_kinds, drawn_circles, packed_contours},
 };
 use carom_geometry::Edge;
@@ -77,8 +77,9 @@ struct Animation {
     bodies: Vec<usize>,
     /// A body that the page can show enlarged.
     watched: Option<usize>,
-    /// Ends of each wall, and half its thickness (length).
-    walls: Vec<[f64; 5]>,
+    /// Ends of each wall at the start, and half its thickness (length); of a wall that moves also
+    /// its pivot (length), the velocity of that, and the angular velocity.
+    walls: Vec<Vec<f64>>,
     /// For each flight: the body's number as three digits; then time, position and velocity; then,
     /// unless the body is a disc, orientation in turns and angular velocity.
     flights: String,
@@ -333,16 +334,25 @@ impl Animation {
     }
 }
 
-/// The ends of each visible wall, and half its thickness (length).
-fn walls(view: &View<'_>, part: Option<&VisibleRegion>) -> Vec<[f64; 5]> {
-    let wall = |ends: [DVec2; 2], radius| [ends[0].x, ends[0].y, ends[1].x, ends[1].y, radius];
-    view.bodies()
-        .filter(|body| part.is_none_or(|part| part.has(body.body)))
-        .flat_map(|body| {
-            let radius = body.body.molecule().wall_edge().map_or(0.0, Edge::radius);
-            body.wall_segments().map(move |ends| wall(ends, radius))
+/// The ends of each visible wall, half its thickness (length), and its motion if it moves.
+fn walls(view: &View<'_>, part: Option<&VisibleRegion>) -> Vec<Vec<f64>> {
+    let shown = view
+        .bodies()
+        .filter(|body| part.is_none_or(|part| part.has(body.body)));
+    let walls = |body: BodyView<'_>| {
+        let radius = body.body.molecule().wall_edge().map_or(0.0, Edge::radius);
+        let motion = body.motion;
+        body.wall_segments().map(move |[from, to]| {
+            let mut numbers = vec![from.x, from.y, to.x, to.y, radius];
+            if !motion.is_at_rest() {
+                let (pivot, velocity) = (motion.position, motion.velocity);
+                let spin = motion.angular_velocity;
+                numbers.extend([pivot.x, pivot.y, velocity.x, velocity.y, spin]);
+            }
+            numbers
         })
-        .collect()
+    };
+    shown.flat_map(walls).collect()
 }
 
 /// The first moving body, if no other has its shape, and it is none of many different sizes of one

@@ -43,7 +43,7 @@ macro_rules! example {
 }
 
 /// All examples: scenes, then studies.
-pub const EXAMPLES: [Example; 14] = [
+pub const EXAMPLES: [Example; 15] = [
     example!("tee"),
     example!("mixture"),
     example!("clustering"),
@@ -52,6 +52,7 @@ pub const EXAMPLES: [Example; 14] = [
     example!("depletion"),
     example!("sinai"),
     example!("walls"),
+    example!("piston"),
     example!("conduction"),
     example!("measures"),
     example!("hard-discs-870"),

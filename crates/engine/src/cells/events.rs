@@ -155,7 +155,13 @@ impl CellState {
                 }
                 self.cross(kernel, body, kind);
             } else if kind == RecordKind::Shell {
-                self.leave_shell(world, body, now);
+                if self.multi_cell.is_fixed(body) {
+                    for reached in self.move_wall(world, body, now) {
+                        self.predict_and_schedule(kernel, world, detection, reached, now);
+                    }
+                } else {
+                    self.leave_shell(world, body, now);
+                }
             } else if kind == RecordKind::Recheck {
                 self.count_recheck(body);
             }
@@ -189,9 +195,13 @@ impl<F: CellFrame> CellState<F> {
             self.calendar.schedule(&self.records, body, time);
         }
         for body in bodies {
-            if !self.multi_cell.is_fixed(body)
-                && skip_partner.is_none_or(|[skip_partner, _]| body != skip_partner)
-            {
+            if self.multi_cell.is_fixed(body) {
+                // The contact may have removed the event of a wall that moves.
+                let until = self.multi_cell.listed_until(body);
+                if until < f64::INFINITY {
+                    self.calendar.schedule(&self.records, body, until);
+                }
+            } else if skip_partner.is_none_or(|[skip_partner, _]| body != skip_partner) {
                 self.predict_and_schedule(kernel, world, detection, body, now);
             }
         }

@@ -49,7 +49,11 @@
 //!    body's version, and an event whose partner has another version is stale. The time of a stale
 //!    event is a lower bound on the contact times of all candidates of its body, so nothing is lost
 //!    if the body is predicted only when the event comes due.
-//! 6. **One partner may be skipped.** Of two bodies that have just met, the prediction of the first
+//! 6. **Walls that move.** Lemmas 1 to 5 hold with walls that move. *Proof.* A wall is listed for a
+//!    span of time in every cell from which it can be touched in that span, and it is listed anew
+//!    at the end of the span, which is an event. Its motion does not change. A body in a cell that
+//!    the wall enters is predicted right afterwards; it is the body k of lemma 3.
+//! 7. **One partner may be skipped.** Of two bodies that have just met, the prediction of the first
 //!    may leave out the second. *Proof.* The first is not the body of the pair that is predicted
 //!    last.
 //!
@@ -167,6 +171,7 @@ impl Cells {
             CellContents::DiluteDiscs => Some(TileUse::Dilute),
             _ if world.pairs.is_active() => Some(TileUse::PairRules),
             _ if world.has_thermal_walls => Some(TileUse::ThermalWalls),
+            _ if world.moves_walls() => Some(TileUse::MovingWalls),
             _ if world.bodies().iter().any(is_large) => Some(TileUse::LargeBodies),
             CellContents::Discs | CellContents::DiscsByPair | CellContents::Molecules => None,
         };

@@ -3,8 +3,13 @@
 use carom_detection::Detection;
 
 use super::{
-    cell_grid::CellContents, dispatch::dispatched, frame::CellFrame,
-    molecule_search::predict_molecule, multi_cell::predict_multi_cell, simd::Kernel,
+    body_record::RecordKind,
+    cell_grid::CellContents,
+    dispatch::dispatched,
+    frame::CellFrame,
+    molecule_search::predict_molecule,
+    multi_cell::{EarliestEvent, predict_multi_cell},
+    simd::Kernel,
     state::CellState,
 };
 use crate::world::World;
@@ -60,8 +65,13 @@ impl<F: CellFrame> CellState<F> {
         except: Option<u32>,
     ) -> f64 {
         if self.multi_cell.is_fixed(body) {
-            // Its record has no event from the start of the epoch on.
-            return f64::INFINITY;
+            // Its record has no event from the start of the epoch on, unless it is a wall that
+            // moves.
+            let until = self.multi_cell.listed_until(body);
+            if until < f64::INFINITY {
+                self.store_event(body, &EarliestEvent::before(until, RecordKind::Shell));
+            }
+            return until;
         }
         if F::IS_WHOLE && self.multi_cell.is_multi_cell(body) {
             predict_multi_cell(self, world, detection, body, now, except);

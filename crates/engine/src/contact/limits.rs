@@ -126,6 +126,11 @@ impl Limits {
         self.stale.as_ref()
     }
 
+    /// Ends the epoch at `time` (offset in it) at the latest.
+    pub fn end_by(&mut self, time: f64) {
+        self.time = self.time.min(time);
+    }
+
     /// Latest end of the epoch (offset in it, time).
     #[inline(always)]
     pub fn time(&self) -> f64 {

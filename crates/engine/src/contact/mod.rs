@@ -13,3 +13,4 @@ pub(crate) mod separation_error;
 pub(crate) mod simultaneous_contacts;
 pub(crate) mod thermal_wall;
 pub(crate) mod unresolved;
+pub(crate) mod wall_meeting;

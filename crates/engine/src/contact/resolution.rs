@@ -62,6 +62,9 @@ pub(crate) struct Resolved {
     pub spared: Option<f64>,
     /// Kinetic energy lost; `None` if the response conserves it.
     pub lost: Option<f64>,
+    /// Work of a wall that moves on the body that touches it (mass × length² / time²); 0 without
+    /// one.
+    pub work: f64,
     /// Whether one of the two bodies is fixed.
     pub met_fixed: bool,
     /// Whether rounding alone separates the surfaces, and no guard prevents more such contacts.
@@ -117,6 +120,7 @@ impl<R: Response> Rules<'_, R> {
         let mut after_a = velocity_a - impulse * inverse_masses[0];
         let mut after_b = velocity_b + impulse * inverse_masses[1];
         let met_fixed = (inverse_masses[0] == 0.0) | (inverse_masses[1] == 0.0);
+        // Discs of infinite mass are at rest.
         if met_fixed {
             after_a = self.reflected(d, velocity_a, inverse_masses[0], after_a);
             after_b = self.reflected(-d, velocity_b, inverse_masses[1], after_b);
@@ -209,10 +213,22 @@ impl<R: Response> Rules<'_, R> {
             // The guard has already acted, or there is none: nothing else ends a collapse.
             is_unresolved = last_contacts.is_none() || elasticity == Elasticity::ELASTIC;
         }
-        let lost = changes_energy.then(|| energy(before) - energy(&after));
+        let met_fixed = inertias[0].is_fixed() || inertias[1].is_fixed();
+        let work = if met_fixed {
+            // Impulses at several points of a wall that turns act on surfaces of different
+            // velocities; no energy is then booked as lost.
+            let turns = |n: usize| inertias[n].is_fixed() && before[n].angular_velocity != 0.0;
+            if points > 1 && (turns(0) || turns(1)) {
+                energy(&after) - energy(before)
+            } else {
+                work_of_wall(&frame, before, inertias, impulse)
+            }
+        } else {
+            0.0
+        };
+        let lost = changes_energy.then(|| energy(before) + work - energy(&after));
         let mut onwards = after;
         round_outwards(self.world, depth, &frame, inertias, &mut onwards);
-        let met_fixed = inertias[0].is_fixed() || inertias[1].is_fixed();
         Resolved {
             frame,
             elasticity: elasticity.with_kick_times(slowing()),
@@ -221,6 +237,7 @@ impl<R: Response> Rules<'_, R> {
             onwards,
             spared,
             lost,
+            work,
             met_fixed,
             is_unresolved,
             points,
@@ -326,10 +343,24 @@ impl<R: Response> Rules<'_, R> {
         let turns = |n: usize| inertias[n].inverse_moment > 0.0 && frame.arms[n].perp_dot(d) != 0.0;
         if met_fixed && elasticity == Elasticity::ELASTIC && !turns(0) && !turns(1) {
             let [a, b] = &mut after;
-            a.velocity =
-                self.reflected(d, before[0].velocity, inertias[0].inverse_mass, a.velocity);
-            b.velocity =
-                self.reflected(-d, before[1].velocity, inertias[1].inverse_mass, b.velocity);
+            let fixed = usize::from(inertias[1].is_fixed());
+            // Velocities are those in the frame of the surface of a wall that moves.
+            let frame_velocity = if before[fixed].is_at_rest() {
+                None
+            } else {
+                Some(before[fixed].velocity_of(frame.arms[fixed]))
+            };
+            let reflected = |to_other: DVec2, n: usize, after: DVec2| {
+                let (velocity, inverse_mass) = (before[n].velocity, inertias[n].inverse_mass);
+                match frame_velocity {
+                    Some(w) if n != fixed => {
+                        w + self.reflected(to_other, velocity - w, inverse_mass, after - w)
+                    }
+                    _ => self.reflected(to_other, velocity, inverse_mass, after),
+                }
+            };
+            a.velocity = reflected(d, 0, a.velocity);
+            b.velocity = reflected(-d, 1, b.velocity);
         }
         after
     }
@@ -351,6 +382,26 @@ impl<R: Response> Rules<'_, R> {
 /// (length / time).
 fn surface_velocity(frame: &ContactFrame, motions: &[Motion; 2]) -> DVec2 {
     motions[1].velocity_of(frame.arms[1]) - motions[0].velocity_of(frame.arms[0])
+}
+
+/// The work of a fixed body that moves, by an impulse on the second body (mass × length² / time²):
+/// J · w, with the impulse J on the other body and the velocity w of its surface at the contact.
+#[cold]
+#[inline(never)]
+fn work_of_wall(
+    frame: &ContactFrame,
+    before: &[Motion; 2],
+    inertias: [&Inertia; 2],
+    impulse: DVec2,
+) -> f64 {
+    let work = |n: usize, impulse_on_other: DVec2| {
+        if inertias[n].is_fixed() && !before[n].is_at_rest() {
+            impulse_on_other.dot(before[n].velocity_of(frame.arms[n]))
+        } else {
+            0.0
+        }
+    };
+    work(0, impulse) + work(1, -impulse)
 }
 
 /// The motions after an impulse on the second body and its opposite on the first.

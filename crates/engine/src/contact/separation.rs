@@ -152,12 +152,16 @@ pub(crate) fn refuse_unresolved(world: &World, table: &ElasticityTable) -> Resul
     Ok(())
 }
 
-/// Refuses ellipses and arcs where the detector does not search them, and bodies that no detector
-/// searches against the arcs of the world.
+/// Refuses ellipses, arcs and walls that turn where the detector does not search them, and bodies
+/// that no detector searches against the arcs and the turning walls of the world.
 ///
 /// # Errors
-/// [`GridError::Curve`], [`GridError::BesideArc`].
-pub(crate) fn refuse_curves<D: Detection>(world: &World, detection: &D) -> Result<(), GridError> {
+/// [`GridError::Curve`], [`GridError::BesideArc`], [`GridError::MovingWallAndArc`],
+/// [`GridError::TurningWall`] or [`GridError::TurningWallAndEllipse`].
+pub(crate) fn refuse_unsearched<D: Detection>(
+    world: &World,
+    detection: &D,
+) -> Result<(), GridError> {
     let position = |is_such: &dyn Fn(&Body) -> bool| world.bodies.iter().position(is_such);
     let curved = position(&|body| body.molecule().outline().has_curves());
     if let Some(body) = curved.filter(|_| !detection.searches_curves()) {
@@ -176,8 +180,20 @@ pub(crate) fn refuse_curves<D: Detection>(world: &World, detection: &D) -> Resul
     let has_sides = |body: &Body| !body.is_wall() && !body.molecule().edges().is_empty();
     let unsearched =
         position(&|body| has_arcs && body.has_ellipses() || has_open_arcs && has_sides(body));
-    match unsearched {
-        Some(body) => Err(GridError::BesideArc(body)),
+    if let Some(body) = unsearched {
+        return Err(GridError::BesideArc(body));
+    }
+    let moving = world.moving_walls().next();
+    if let Some(wall) = moving.filter(|_| has_arcs) {
+        return Err(GridError::MovingWallAndArc(wall));
+    }
+    let turns = |&wall: &usize| world.motions[wall].angular_velocity != 0.0;
+    let Some(wall) = world.moving_walls().find(turns) else {
+        return Ok(());
+    };
+    match position(&Body::has_ellipses) {
+        _ if !detection.searches_turning_walls() => Err(GridError::TurningWall(wall)),
+        Some(ellipse) => Err(GridError::TurningWallAndEllipse([wall, ellipse])),
         None => Ok(()),
     }
 }

@@ -22,7 +22,8 @@ use crate::{
 const NUMBERS_PER_CONTACT: u128 = 8;
 
 /// The outcome of a contact with a thermal wall, and the heat that the body has received (mass ×
-/// length² / time²); `None` if no body of the contact is such a wall.
+/// length² / time²): the change of its energy less the work of a wall that moves. `None` if no body
+/// of the contact is such a wall.
 #[cold]
 #[inline(never)]
 pub(crate) fn resolve<R>(
@@ -54,7 +55,12 @@ pub(crate) fn resolve<R>(
     // In the clock of a drag all velocities are larger by the same factor.
     let slowing = world.clock.slowing(contact.time);
     let temperature = temperature / (slowing * slowing);
+    // The draw is in the frame of the surface.
+    let surface = before[wall].velocity_of(frame.arms[wall] + pair[wall].reach() * away);
     after[moving] = thermal_motion(old, inertia, arm, away, temperature, &draw, body.can_turn());
+    if !before[wall].is_at_rest() {
+        after[moving].velocity += surface;
+    }
     let [first, second] = after;
     // So slow a body, one among 10²⁰, gets the least speed of separation, like any other.
     if let Some(missing) = missing_impulse(
@@ -69,7 +75,12 @@ pub(crate) fn resolve<R>(
         after[moving] = carom_response::apply_impulse(&after[moving], inertia, arm, on_body);
     }
     let change: DVec2 = (after[moving].velocity - old.velocity) / inertia.inverse_mass;
-    let heat = kinetic_energy(&after[moving], inertia) - kinetic_energy(old, inertia);
+    let work = if before[wall].is_at_rest() {
+        0.0
+    } else {
+        change.dot(surface)
+    };
+    let heat = kinetic_energy(&after[moving], inertia) - kinetic_energy(old, inertia) - work;
     let mut onwards = after;
     round_outwards(world, depth, &frame, inertias, &mut onwards);
     let resolved = Resolved {
@@ -80,6 +91,7 @@ pub(crate) fn resolve<R>(
         onwards,
         spared: None,
         lost: None,
+        work,
         met_fixed: true,
         is_unresolved: false,
         points: 1,

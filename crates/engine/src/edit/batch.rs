@@ -5,13 +5,13 @@ use std::{collections::HashMap, sync::Arc};
 
 use carom_detection::Detection;
 use carom_geometry::MAX_MAGNITUDE;
-use carom_kinematics::kinetic_energy;
+use carom_kinematics::{EpochTime, kinetic_energy};
 use carom_response::Response;
 
 use crate::{
     contact::{
         elasticity_table::ElasticityTable,
-        separation::{refuse_curves, refuse_unresolved},
+        separation::{refuse_unresolved, refuse_unsearched},
         simultaneous_contacts::SimultaneousContacts,
         unresolved::Unresolved,
     },
@@ -23,12 +23,14 @@ use crate::{
         error::{EditError, SceneError},
         least_speed::MIN_SPEED,
         pair_spec::TransparentSpec,
+        wall_motion::WallMotionSpec,
     },
     scheduler::Scheduler,
     start::{
         body_builder::inertia,
         single_bodies::{add_molecule, add_wall, deepest_overlap, first_overlap},
         sites::Sites,
+        wall_motions::refuse_drag,
     },
     world::{
         World,
@@ -132,9 +134,40 @@ impl Batch {
     /// # Errors
     /// [`EditError::Scene`] if the description is invalid or the wall overlaps a moving body.
     pub fn add_wall(&mut self, spec: &WallSpec) -> Result<BodyKey, EditError> {
-        self.insert("the wall added", |world, names, entry| {
+        let key = self.insert("the wall added", |world, names, entry| {
             add_wall(world, names, spec, entry)
-        })
+        })?;
+        if let Some(motion) = &spec.motion {
+            self.move_wall(key, motion)?;
+        }
+        Ok(key)
+    }
+
+    /// Replaces the motion of a wall from now on.
+    ///
+    /// # Errors
+    /// [`EditError::NotWall`] if the body is no wall, [`EditError::NoSuchBody`], or
+    /// [`EditError::Scene`] if a number is out of range.
+    pub fn move_wall(&mut self, key: BodyKey, motion: &WallMotionSpec) -> Result<(), EditError> {
+        let index = self.index(key)?;
+        let body = &self.world.bodies[index];
+        if !body.is_wall() {
+            return Err(EditError::NotWall(BodyName::new(body, &self.names)));
+        }
+        let name = BodyName::new(body, &self.names).to_string();
+        // An error leaves the batch unchanged.
+        let (place, bounds) = (&self.world.motions[index], &self.world.bounds);
+        motion.of_wall(&name, body.molecule(), place, bounds)?;
+        self.start_to_move();
+        if let Some(sites) = self.sites.as_mut().filter(|_| motion.turn != 0.0) {
+            sites.remove(&self.world, index);
+            motion.set(&mut self.world, index, &name)?;
+            sites.add(&self.world, index);
+        } else {
+            motion.set(&mut self.world, index, &name)?;
+        }
+        self.moves = true;
+        Ok(())
     }
 
     /// Removes a body; another body of the batch may be added at its position.
@@ -506,7 +539,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         } = batch;
         let resolves = |world: &World, elasticity: &ElasticityTable| {
             let checked = refuse_unresolved(world, elasticity);
-            let checked = checked.and_then(|()| refuse_curves(world, &self.detection));
+            let checked = checked.and_then(|()| refuse_unsearched(world, &self.detection));
             checked.map_err(|reason| {
                 reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
             })
@@ -517,6 +550,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if moves {
             world.keep_bodies(|index| !removed[index]);
         }
+        refuse_drag(&world, |body| {
+            BodyName::new(&world.bodies[body], &names).to_string()
+        })?;
         elasticity.classify(&mut world, &self.response)?;
         resolves(&world, &elasticity)?;
         if may_reveal && let Some((pair, depth)) = first_overlap(&world) {
@@ -560,6 +596,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         (self.world, self.names, self.elasticity, self.scheduler) =
             (world, names, elasticity, scheduler);
         self.heat = heat;
+        self.walls_meet_after = EpochTime::ZERO;
         Ok(())
     }
 }

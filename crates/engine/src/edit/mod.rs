@@ -10,14 +10,17 @@ pub(crate) mod thermostat;
 use std::sync::Arc;
 
 use carom_detection::Detection;
-use carom_kinematics::{Motion, kinetic_energy};
+use carom_kinematics::{EpochTime, Motion, kinetic_energy};
 use carom_response::Response;
 
 use crate::{
     contact::unresolved::Unresolved,
     edit::batch::{energy_factor, energy_factors},
     run::simulation::{Epoch, Simulation},
-    scene::{MoleculeSpec, WallSpec, elasticity_spec::ElasticitySpec, error::EditError},
+    scene::{
+        MoleculeSpec, WallSpec, elasticity_spec::ElasticitySpec, error::EditError,
+        wall_motion::WallMotionSpec,
+    },
     scheduler::Scheduler,
     start::body_builder::inertia,
     world::{
@@ -43,6 +46,14 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// nothing changes.
     pub fn add_wall(&mut self, spec: &WallSpec) -> Result<BodyKey, EditError> {
         self.edit(|batch| batch.add_wall(spec))
+    }
+
+    /// Replaces the motion of a wall from now on; a batch of one, see [`Self::edit`].
+    ///
+    /// # Errors
+    /// Those of [`Batch::move_wall`](crate::Batch::move_wall).
+    pub fn move_wall(&mut self, key: BodyKey, motion: &WallMotionSpec) -> Result<(), EditError> {
+        self.edit(|batch| batch.move_wall(key, motion))
     }
 
     /// Removes a body; a batch of one, see [`Self::edit`].
@@ -205,6 +216,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// ```
     #[doc(alias = "time reversal")]
     pub fn reverse(&mut self) {
+        self.walls_meet_after = EpochTime::ZERO;
         for index in 0..self.world.bodies.len() {
             self.change(index, |motion| {
                 motion.velocity = -motion.velocity;

@@ -9,12 +9,16 @@ use crate::{
     cells::CellScheduler,
     contact::{
         elasticity_table::ElasticityTable,
-        separation::{refuse_curves, refuse_unresolved},
+        separation::{refuse_unresolved, refuse_unsearched},
     },
     run::{growth::Growth, simulation::Simulation},
     scene::{Placement, Scene, drag::drag_clock, error::SceneError},
     scheduler::Scheduler,
-    start::{contents::SceneContents, placement, start_from},
+    start::{
+        contents::SceneContents,
+        placement, start_from,
+        wall_motions::{move_walls, refuse_drag},
+    },
     world::World,
 };
 
@@ -92,12 +96,14 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ) -> Result<Self, SceneError> {
         let counts = contents.counts();
         let mut singles = contents.singles;
+        move_walls(&mut world, scene)?;
         let mut elasticity = ElasticityTable::new(&scene.elasticity, &mut singles.names)?;
         elasticity.classify(&mut world, &response)?;
         refuse_unresolved(&world, &elasticity)
-            .and_then(|()| refuse_curves(&world, &detection))
+            .and_then(|()| refuse_unsearched(&world, &detection))
             .map_err(|reason| reason.named(|body| singles.entry_of(body, &counts)))?;
         world.clock = drag_clock("box.drag", scene.bounds.drag)?;
+        refuse_drag(&world, |body| singles.entry_of(body, &counts))?;
         world.random_key = [scene.bounds.seed, scene.bounds.replica];
         world.shrink();
         let scheduler = S::new(&options, &world)

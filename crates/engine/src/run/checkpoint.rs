@@ -19,7 +19,7 @@ use crate::{
     contact::{
         elasticity_table::ElasticityTable,
         limits::too_slow,
-        separation::{refuse_curves, refuse_unresolved},
+        separation::{refuse_unresolved, refuse_unsearched},
         simultaneous_contacts::SimultaneousContacts,
         unresolved::Unresolved,
     },
@@ -45,6 +45,7 @@ use crate::{
         heat::HeatByTag,
         pair_table::PairTable,
         tags::{TagNames, Tags},
+        wall_table::WallTable,
     },
 };
 
@@ -86,6 +87,8 @@ pub struct Checkpoint {
     last_contacts: Vec<f64>,
     /// Axes of round bodies that self-propulsion drives, by the order of the bodies.
     axes: Vec<Option<Orientation>>,
+    /// Walls whose velocity changes at given times.
+    wall_tables: Vec<WallTable>,
     names: TagNames,
     elasticity: SavedElasticity,
     transparent: Vec<TransparentSpec>,
@@ -161,6 +164,12 @@ pub enum CheckpointError {
         "the checkpoint has {0} axes; it must have at most one per body, from -0.5 to 0.5 turns"
     )]
     Axes(usize),
+    /// A table of a wall whose numbers are out of range, or of a body that is no wall.
+    #[error(
+        "table {0} of the walls in the checkpoint must be that of a wall, with durations above 0, finite velocities, and a \
+         next piece in the future"
+    )]
+    WallTable(usize),
     /// A tag with heat has no name.
     #[error("the checkpoint has heat of a tag without a name")]
     UnnamedHeat,
@@ -211,6 +220,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             epoch,
             simultaneous,
             unresolved,
+            walls_meet_after: _,
         } = self;
         if !matches!(epoch, Epoch::ToBegin) {
             return None;
@@ -223,6 +233,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             windings: _,
             last_contacts,
             axes,
+            wall_tables,
             epoch,
             next_id,
             random_key,
@@ -245,6 +256,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             bodies,
             last_contacts: last_contacts.clone(),
             axes: axes.clone(),
+            wall_tables: wall_tables.clone(),
             names: names.clone(),
             elasticity: elasticity.spec().into(),
             transparent: transparent.to_vec(),
@@ -306,7 +318,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         elasticity.classify(&mut world, &response)?;
         let checked = refuse_unresolved(&world, &elasticity);
         checked
-            .and_then(|()| refuse_curves(&world, &detection))
+            .and_then(|()| refuse_unsearched(&world, &detection))
             .map_err(|reason| {
                 reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
             })?;
@@ -323,6 +335,18 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         }
         world.last_contacts.clone_from(&checkpoint.last_contacts);
         world.axes.clone_from(&checkpoint.axes);
+        let is_of_wall = |table: &WallTable| {
+            let wall = world.index(table.key);
+            table.is_valid() && wall.is_some_and(|wall| world.bodies[wall].is_wall())
+        };
+        if let Some(wrong) = checkpoint
+            .wall_tables
+            .iter()
+            .position(|table| !is_of_wall(table))
+        {
+            return Err(CheckpointError::WallTable(wrong));
+        }
+        world.wall_tables.clone_from(&checkpoint.wall_tables);
         if let Some((index, value)) = too_slow(&world) {
             return Err(CheckpointError::Speed {
                 index,
@@ -606,7 +630,11 @@ impl SavedBody {
         if is_open_wall(molecule, orientation, bounds.sides()) {
             return Err("is a wall without end points that does not meet its own images");
         }
-        if self.rotation.is_none() && (velocity != DVec2::ZERO || angular_velocity != 0.0) {
+        let may_turn = molecule.is_wall() && !molecule.atoms().is_empty();
+        if self.rotation.is_none()
+            && (angular_velocity != 0.0 && !may_turn
+                || velocity != DVec2::ZERO && !molecule.is_wall())
+        {
             return Err("is fixed but moves");
         }
         if self.rotation == Some(Rotation::Locked) && angular_velocity != 0.0 {

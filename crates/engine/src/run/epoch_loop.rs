@@ -353,6 +353,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         let slowing = self.world.clock.slowing(time);
         self.ledger.spared += resolved.spared.unwrap_or(0.0) * (slowing * slowing);
         self.ledger.book_loss(resolved.lost.unwrap_or(0.0), slowing);
+        self.ledger.work += resolved.work;
         if let Some(observer) = &mut self.observer
             && observer.watches(pair)
         {

@@ -3,7 +3,6 @@
 use carom_detection::{Detection, Exact};
 use carom_kinematics::{EpochTime, HALF_ULP, Motion};
 use carom_response::{Impact, Response};
-use glam::DVec2;
 
 use crate::{
     cells::CellScheduler,
@@ -12,6 +11,7 @@ use crate::{
         limits::{Limits, longest_epoch, refuse_time_scales_too_far_apart, too_slow},
         simultaneous_contacts::SimultaneousContacts,
         unresolved::Unresolved,
+        wall_meeting::{first_meeting, longest_sweep},
     },
     run::{
         epoch_loop::{EpochEnd, EpochLoop},
@@ -27,8 +27,19 @@ use crate::{
         heat::HeatByTag,
         tags::TagNames,
         view::View,
+        wall::wall_speed,
     },
 };
+
+/// Epochs for which meetings of walls are searched for at once. Smaller: more searches. Larger:
+/// more images of the box in each.
+const EPOCHS_OF_SEARCH: f64 = 4.0;
+
+/// Largest ratio of the kinetic energy to that put into the system and that of all bodies at the
+/// speed of the fastest wall, where walls have constant velocities: 2²⁸. A body between two walls
+/// that close is then 2¹⁴ times as fast, in a gap 2¹⁴ times narrower. Smaller: a real compression
+/// is refused. Larger: more contacts until the run ends, in proportion to its square root.
+const MAX_COMPRESSION: f64 = 268_435_456.0;
 
 /// Largest difference between two equal times, relative to them: each is rounded a few times.
 const SAME_TIME: f64 = 4.0 * f64::EPSILON;
@@ -59,6 +70,9 @@ pub struct Simulation<D = Exact, R = Impact, S: Scheduler = CellScheduler> {
     pub(crate) epoch: Epoch,
     pub(crate) simultaneous: SimultaneousContacts,
     pub(crate) unresolved: Unresolved,
+    /// No wall that moves meets a fixed body before this time. It saves searches and changes no
+    /// result.
+    pub(crate) walls_meet_after: EpochTime,
 }
 
 /// The state of the present epoch.
@@ -99,6 +113,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             epoch: Epoch::ToBegin,
             simultaneous: SimultaneousContacts::default(),
             unresolved: Unresolved::default(),
+            walls_meet_after: EpochTime::ZERO,
         }
     }
 
@@ -457,6 +472,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if let Epoch::Running(_) = self.epoch {
             return Ok(());
         }
+        self.world.advance_wall_tables();
         let motions = &self.world.motions;
         let fastest_squared = motions
             .iter()
@@ -493,13 +509,19 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             .div_ceil(2)
             .max(1);
         let separation_error = separation_error(&self.world);
-        let limits = Limits::new(
+        let mut limits = Limits::new(
             &self.world,
             separation_error,
             fastest_squared,
             fastest_spin,
             contacts,
         );
+        if self.world.moving_walls().next().is_some() {
+            self.refuse_squeezed()?;
+            limits.end_by(longest_sweep(&self.world));
+            limits.end_by(self.meeting_of_walls(limits.time())?);
+        }
+        limits.end_by(self.world.next_change_of_walls());
         // A drag that ends the epoch lets no body move much farther, and the run ends.
         if limits.time() < longest_epoch(self.world.clock) {
             refuse_time_scales_too_far_apart(
@@ -518,6 +540,73 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         Ok(())
     }
 
+    /// The time of the first meeting of a wall that moves with a fixed body (offset in the epoch,
+    /// time), if it is before `limit`; else any later time.
+    fn meeting_of_walls(&mut self, limit: f64) -> Result<f64, RunError> {
+        let limit = limit.min(self.world.next_change_of_walls());
+        let apart_for = self.walls_meet_after.since(self.world.epoch);
+        if limit < apart_for {
+            return Ok(apart_for);
+        }
+        match first_meeting(&self.world, limit) {
+            // Further meetings are searched for together, since an epoch may be short.
+            None => {
+                // Walls with tables have other velocities later.
+                let horizon = EPOCHS_OF_SEARCH * limit;
+                if self.world.wall_tables.is_empty()
+                    && first_meeting(&self.world, horizon).is_none()
+                {
+                    self.walls_meet_after = self.world.epoch.after(horizon);
+                }
+                Ok(limit)
+            }
+            Some(meeting) if meeting.time > 0.0 => Ok(meeting.time),
+            Some(meeting) => {
+                let [wall, other] = meeting
+                    .bodies
+                    .map(|body| BodyName::new(&self.world.bodies[body], &self.names));
+                let (time, other) = (self.world.epoch, Box::new(other));
+                Err(RunError::WallsMeet { time, wall, other })
+            }
+        }
+    }
+
+    /// Refuses to continue where walls have raised the energy beyond [`MAX_COMPRESSION`]; walls
+    /// that come back may do so.
+    fn refuse_squeezed(&self) -> Result<(), RunError> {
+        let world = &self.world;
+        let speed = |&wall: &usize| wall_speed(&world.bodies[wall], &world.motions[wall]);
+        let fastest = world
+            .moving_walls()
+            .max_by(|one, other| speed(one).total_cmp(&speed(other)));
+        let Some(fastest) =
+            fastest.filter(|_| !world.wall_tables.iter().any(|table| table.repeats))
+        else {
+            return Ok(());
+        };
+        let masses = world.bodies.iter().filter(|body| !body.is_fixed());
+        let mass: f64 = masses.map(|body| body.molecule().mass()).sum();
+        let at_speed_of_wall = 0.5 * mass * speed(&fastest) * speed(&fastest);
+        let Ledger {
+            initial,
+            put_in,
+            heat,
+            ..
+        } = self.ledger;
+        let limit =
+            MAX_COMPRESSION * (initial + put_in.max(0.0) + heat.max(0.0) + at_speed_of_wall);
+        let energy = world.energy();
+        if energy <= limit {
+            return Ok(());
+        }
+        Err(RunError::Squeezed {
+            time: world.epoch,
+            wall: BodyName::new(&world.bodies[fastest], &self.names),
+            energy,
+            limit,
+        })
+    }
+
     /// Whether the fastest body, at this speed of centre or rim, comes to rest within the rounding
     /// of a position.
     fn comes_to_rest(&self, speed: f64) -> bool {
@@ -529,11 +618,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Whether an epoch begins in which nothing moves, with a drag. Its clock would divide the rest
     /// of the run into epochs of ln 2/γ.
     fn rests_with_drag(&self) -> bool {
-        let is_at_rest =
-            |motion: &Motion| motion.velocity == DVec2::ZERO && motion.angular_velocity == 0.0;
         !self.world.clock.is_free()
             && matches!(self.epoch, Epoch::ToBegin)
-            && self.world.motions.iter().all(is_at_rest)
+            && self.world.motions.iter().all(Motion::is_at_rest)
     }
 
     /// Lets time pass in which nothing moves. Contacts before then are as long ago as none.

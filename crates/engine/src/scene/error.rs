@@ -227,6 +227,19 @@ pub enum GridError {
          one-sided: use discs and molecules of discs, or for straight sides a `[[container]]`"
     )]
     BesideArc(usize),
+    /// A wall that moves, and an arc: where the two would meet is not searched yet.
+    #[error(
+        "walls that move and curved walls cannot be in one system yet; use straight walls, or walls at rest"
+    )]
+    MovingWallAndArc(usize),
+    /// A wall that turns, and a detector that does not search such walls.
+    #[error("this detector does not search walls that turn; use method.detector = \"exact\"")]
+    TurningWall(usize),
+    /// A wall that turns, and an ellipse: contacts of the two are not searched yet.
+    #[error(
+        "walls that turn and ellipses cannot be in one system yet; use a wall that does not turn, or other shapes"
+    )]
+    TurningWallAndEllipse([usize; 2]),
     /// Atoms whose contacts change energy, and so small in this box that detection resolves their
     /// speed of separation only to more than a thousandth of their speed.
     #[error(
@@ -253,11 +266,16 @@ impl GridError {
             Self::TooFine { bodies: [a, b], .. }
             | Self::BoxTooSmall { bodies: [a, b], .. }
             | Self::BoxTooLarge { bodies: [a, b], .. }
-            | Self::UnresolvedElasticity { bodies: [a, b], .. } => {
+            | Self::UnresolvedElasticity { bodies: [a, b], .. }
+            | Self::TurningWallAndEllipse([a, b]) => {
                 let (a, b) = (name(a), name(b));
                 if a == b { a } else { format!("{a} and {b}") }
             }
-            Self::Curve(body) | Self::BesideArc(body) | Self::UnguardedArc(body) => name(body),
+            Self::Curve(body)
+            | Self::BesideArc(body)
+            | Self::UnguardedArc(body)
+            | Self::MovingWallAndArc(body)
+            | Self::TurningWall(body) => name(body),
             Self::CellsPerSide(_) => "the grid".to_owned(),
         };
         SceneError::Grid {
@@ -293,6 +311,9 @@ pub enum EditError {
          rotational diffusion"
     )]
     CannotTurn(BodyName),
+    /// The body is no wall: only walls are given a motion that contacts do not change.
+    #[error("{0} is no wall, and only walls are moved: give a body that is not fixed a velocity")]
+    NotWall(BodyName),
     /// The edited system would not be a valid scene.
     #[error(transparent)]
     Scene(#[from] SceneError),
@@ -407,6 +428,36 @@ pub enum RunError {
         body: BodyName,
         /// Its speed of centre or rim (length per time).
         speed: f64,
+    },
+    /// A wall that moves has met another wall or a fixed body, from which it was apart.
+    #[error(
+        "at time {time} {wall}, which moves, meets {other}: neither can give way, so that no body could be between \
+         them; end the run before, or give the walls other motions from an earlier time on (`[[stage.move_wall]]`)"
+    )]
+    WallsMeet {
+        /// Time of the meeting.
+        time: EpochTime,
+        /// The wall.
+        wall: BodyName,
+        /// What it meets.
+        other: Box<BodyName>,
+    },
+    /// Walls that move have given the bodies far more energy than they had: they close on bodies
+    /// that have no way out, whose contacts follow each other ever faster.
+    #[error(
+        "at time {time} the kinetic energy is {energy:e}, more than {limit:e}: {wall} squeezes bodies that have no way \
+         out, and their contacts would become infinitely many; end the run before, or give the wall another motion \
+         from an earlier time on (`[[stage.move_wall]]`)"
+    )]
+    Squeezed {
+        /// Time at which the run stopped.
+        time: EpochTime,
+        /// The fastest wall.
+        wall: BodyName,
+        /// Kinetic energy (mass × length² / time²).
+        energy: f64,
+        /// Largest allowed energy (mass × length² / time²).
+        limit: f64,
     },
     /// A speed has grown out of range (for example by superelastic contacts).
     #[error(

@@ -27,6 +27,7 @@ pub(crate) mod stop_spec;
 pub(crate) mod thermostat_rule;
 pub(crate) mod thermostat_target;
 pub(crate) mod two_numbers;
+pub(crate) mod wall_motion;
 
 #[cfg(feature = "schema")]
 use carom_geometry::{MAX_MAGNITUDE, MIN_MAGNITUDE, MIN_ROUNDING};
@@ -47,6 +48,7 @@ use crate::{
         stage_spec::{HeatSpec, RelabelSpec, ThermostatSpec, VelocitySpec},
         stop_spec::StopSpec,
         two_numbers::{optional_vector, pairs, vector, vectors},
+        wall_motion::{MoveWallSpec, WallMotionSpec},
     },
     world::body::Rotation,
 };
@@ -75,7 +77,7 @@ pub struct Scene {
     pub molecule: Vec<MoleculeSpec>,
     /// Fixed discs.
     pub bumper: Vec<BumperSpec>,
-    /// Fixed walls.
+    /// Walls, straight or curved, at rest or in a given motion.
     pub wall: Vec<WallSpec>,
     /// Closed cavities that hold gases.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -240,8 +242,8 @@ pub struct BumperSpec {
     pub at: [f64; 2],
 }
 
-/// A fixed straight wall that reflects on both sides: a segment between two points, or a line
-/// across the whole box.
+/// A straight wall of infinite mass that reflects on both sides: a segment between two points, or a
+/// line across the whole box.
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation};
@@ -311,6 +313,12 @@ pub struct WallSpec {
     #[doc(alias = "diffuse reflection")]
     #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
     pub temperature: Option<f64>,
+    /// The motion of the wall from the start on, or from its insertion. Its work on the bodies that
+    /// it meets is [`Ledger::work`](crate::Ledger::work). A run ends when the wall meets another
+    /// wall or a fixed body from which it was apart. Default: at rest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[doc(alias = "piston")]
+    pub motion: Option<WallMotionSpec>,
 }
 
 /// An arc of a circle, or the whole circle: a curved wall, of which both sides can be touched.
@@ -512,6 +520,9 @@ pub struct StageSpec {
     /// Walls to add.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub add_wall: Vec<WallSpec>,
+    /// Walls whose motion is replaced.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub move_wall: Vec<MoveWallSpec>,
     /// Tags that bodies get.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tag: Vec<RelabelSpec>,
@@ -556,6 +567,7 @@ impl Default for StageSpec {
             remove: Vec::new(),
             add: Vec::new(),
             add_wall: Vec::new(),
+            move_wall: Vec::new(),
             tag: Vec::new(),
             untag: Vec::new(),
             elasticity: None,

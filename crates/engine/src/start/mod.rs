@@ -16,3 +16,4 @@ pub(crate) mod snapshot;
 pub(crate) mod species;
 pub(crate) mod start_from;
 pub(crate) mod velocities;
+pub(crate) mod wall_motions;

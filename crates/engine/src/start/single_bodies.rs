@@ -301,7 +301,7 @@ pub(crate) fn is_open_wall(wall: &Molecule, orientation: Orientation, sides: DVe
     orientation.turns() != 0.0 || !(is_across(DVec2::X) || is_across(DVec2::Y))
 }
 
-/// Adds a wall of the scene; overlaps are checked by the caller.
+/// Adds a wall of the scene, at rest; overlaps are checked by the caller.
 pub(crate) fn add_wall(
     world: &mut World,
     names: &mut TagNames,
@@ -379,6 +379,9 @@ pub(crate) fn add_wall(
             sides.x,
             sides.y
         )));
+    }
+    if let Some(motion) = &spec.motion {
+        motion.of_wall(entry, &molecule, &Motion::at_rest(centre), world.bounds())?;
     }
     let tags = names.intern_all(&spec.tags);
     let kind = BodyKind {

@@ -22,6 +22,8 @@ pub(crate) fn coincident_wall(
     let is_same = |&index: &usize| {
         let (body, place) = (&world.bodies[index], world.motions[index].position);
         let other = body.molecule().wall_edge();
+        // One that has turned lies elsewhere at almost any time.
+        let other = other.filter(|_| world.motions[index].orientation.turns() == 0.0);
         body.wall_temperature() != temperature
             && other.is_some_and(|other| lie_together(edge, other, place - centre, &world.bounds))
     };

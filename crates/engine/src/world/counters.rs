@@ -76,10 +76,10 @@ impl Add for SchedulerCounters {
 
 /// Energy lost and put in since the system was built (mass × length² / time²).
 ///
-/// At any time the kinetic energy is `initial − lost + put_in + heat − dragged`, to rounding: each
-/// contact and each edit may add an error of some roundings of the largest energy and of the
-/// largest entry so far. After a large energy has been put in and taken out again, the error may
-/// exceed the energy left.
+/// At any time the kinetic energy is `initial − lost + put_in + heat + work − dragged`, to
+/// rounding: each contact and each edit may add an error of some roundings of the largest energy
+/// and of the largest entry so far. After a large energy has been put in and taken out again, the
+/// error may exceed the energy left.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Ledger {
@@ -98,6 +98,10 @@ pub struct Ledger {
     /// ([`WallSpec::temperature`](crate::WallSpec::temperature)). Observers see each contact, and
     /// can sum it by wall.
     pub heat: f64,
+    /// Work of the walls that move ([`WallSpec::motion`](crate::WallSpec::motion)) on the bodies
+    /// that touch them: the sum of J · w over these contacts, with the impulse J on the body and
+    /// the velocity w of the wall at the point of contact.
+    pub work: f64,
     /// Energy taken by the drag of all bodies
     /// ([`Simulation::set_drag`](crate::Simulation::set_drag)).
     pub dragged: f64,
@@ -109,9 +113,10 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// The kinetic energy according to the ledger: `initial − lost + put_in + heat − dragged`.
+    /// The kinetic energy according to the ledger: `initial − lost + put_in + heat + work −
+    /// dragged`.
     pub fn booked(&self) -> f64 {
-        self.initial - self.lost + self.put_in + self.heat - self.dragged
+        self.initial - self.lost + self.put_in + self.heat + self.work - self.dragged
     }
 
     /// Books an energy lost in a contact, at the velocities of the epoch's clock, when the drag has
@@ -148,13 +153,14 @@ impl Ledger {
     }
 
     /// All entries, to be checked.
-    pub(crate) fn entries(&self) -> [f64; 8] {
+    pub(crate) fn entries(&self) -> [f64; 9] {
         let Self {
             initial,
             lost,
             spared,
             put_in,
             heat,
+            work,
             dragged,
             dragged_before,
             dragged_from_lost,
@@ -165,6 +171,7 @@ impl Ledger {
             spared,
             put_in,
             heat,
+            work,
             dragged,
             dragged_before,
             dragged_from_lost,

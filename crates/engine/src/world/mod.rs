@@ -14,6 +14,7 @@ pub(crate) mod tag_classes;
 pub(crate) mod tags;
 pub(crate) mod view;
 pub(crate) mod wall;
+pub(crate) mod wall_table;
 pub(crate) mod wrapped;
 
 use std::{collections::BTreeMap, sync::Arc};
@@ -25,6 +26,7 @@ use crate::world::{
     body::{Body, BodyKey, BodyKind},
     pair_table::PairTable,
     tags::Tags,
+    wall_table::WallTable,
 };
 
 /// Number of earlier bodies with which a new one is compared, to share a description. Smaller: the
@@ -47,6 +49,8 @@ pub struct World {
     /// than the list of bodies if the last ones have none. Schedulers do not hold the orientations
     /// of discs.
     pub(crate) axes: Vec<Option<Orientation>>,
+    /// Walls whose velocity changes at given times.
+    pub(crate) wall_tables: Vec<WallTable>,
     /// Start of the epoch.
     pub(crate) epoch: EpochTime,
     pub(crate) next_id: u64,
@@ -78,6 +82,7 @@ impl World {
             windings: Vec::new(),
             last_contacts: Vec::new(),
             axes: Vec::new(),
+            wall_tables: Vec::new(),
             epoch: EpochTime::ZERO,
             next_id: 0,
             random_key: [0; 2],
@@ -256,6 +261,14 @@ impl World {
         self.pairs.factor(a, b)
     }
 
+    /// The indices of the walls that move, in the order of [`Self::bodies`].
+    pub(crate) fn moving_walls(&self) -> impl Iterator<Item = usize> {
+        let bodies = self.bodies.iter().zip(&self.motions).enumerate();
+        bodies
+            .filter(|(_, (body, motion))| body.is_fixed() && !motion.is_at_rest())
+            .map(|(index, _)| index)
+    }
+
     /// The largest bounding radius of a body that moves (length).
     pub(crate) fn largest_moving_radius(&self) -> f64 {
         let moving = self.bodies.iter().filter(|body| !body.is_fixed());
@@ -336,6 +349,9 @@ impl World {
         keep(&mut self.windings, &keeps);
         keep(&mut self.last_contacts, &keeps);
         keep(&mut self.axes, &keeps);
+        let bodies = &self.bodies;
+        self.wall_tables
+            .retain(|table| bodies.binary_search_by_key(&table.key, Body::key).is_ok());
     }
 
     /// Removes the body added last, and makes its key available again.
@@ -375,7 +391,7 @@ impl World {
             .zip(&self.bodies)
             .zip(&mut self.windings)
         {
-            if body.is_fixed() {
+            if body.is_fixed() && motion.is_at_rest() {
                 continue;
             }
             let here = motion.at(offset).slowed(slowing);
@@ -387,6 +403,9 @@ impl World {
             };
             winding[0] += image[0];
             winding[1] += image[1];
+        }
+        for table in &mut self.wall_tables {
+            table.begins -= offset;
         }
         for time in &mut self.last_contacts {
             *time = self.clock.restarted(*time, offset);

@@ -25,6 +25,9 @@ const MARGIN: f64 = 1e-9;
 /// has its centre in that of its circle.
 #[derive(Debug, Clone, Copy)]
 pub struct StandingWall {
+    /// The origin of its frame (length): its middle, or the pivot about which it turns.
+    origin: DVec2,
+    /// Its middle (length).
     centre: DVec2,
     /// Half of its length, from the centre to the second end (length); of a curved wall half the
     /// sides of the square around its circle.
@@ -44,16 +47,39 @@ impl StandingWall {
         } else {
             edge.half_length() * rotation.rotate(edge.along())
         };
+        let middle = edge.middle();
+        let centre = if middle == DVec2::ZERO || edge.bend().is_some() {
+            motion.position
+        } else {
+            motion.position + rotation.rotate(middle)
+        };
         Some(Self {
-            centre: motion.position,
+            origin: motion.position,
+            centre,
             half,
             edge,
             rotation,
         })
     }
 
+    /// The wall in the middle of a span of time (offsets in the epoch), and the distance (length)
+    /// that no point of it exceeds from its place there during the span; `None` if the body is no
+    /// wall.
+    pub fn during(body: &Body, motion: &Motion, [from, to]: [f64; 2]) -> Option<(Self, f64)> {
+        if motion.is_at_rest() {
+            return Some((Self::new(body, motion)?, 0.0));
+        }
+        let wall = Self::new(body, &motion.at(0.5 * (from + to)))?;
+        Some((wall, wall_speed(body, motion) * (0.5 * (to - from))))
+    }
+
+    /// Its middle (length).
+    pub(crate) fn middle(&self) -> DVec2 {
+        self.centre
+    }
+
     /// Both ends (length); of a curved wall, opposite corners of the square around its circle.
-    fn ends(&self) -> [DVec2; 2] {
+    pub fn ends(&self) -> [DVec2; 2] {
         [self.centre - self.half, self.centre + self.half]
     }
 
@@ -81,7 +107,7 @@ impl StandingWall {
     /// Distance of a point from the surface of the wall (length); negative inside it.
     pub fn gap(&self, place: DVec2) -> f64 {
         let back = DVec2::new(self.rotation.x, -self.rotation.y);
-        self.edge.nearest(back.rotate(place - self.centre)).distance - self.edge.radius()
+        self.edge.nearest(back.rotate(place - self.origin)).distance - self.edge.radius()
     }
 
     /// Every cell that has a point within `reach` (length) of the wall's surface, and a few more at
@@ -136,6 +162,12 @@ impl StandingWall {
         }
         cells
     }
+}
+
+/// The largest speed of a point of a wall (length per time).
+pub(crate) fn wall_speed(body: &Body, motion: &Motion) -> f64 {
+    let rim = motion.angular_velocity.abs() * body.molecule().bounding_radius();
+    motion.velocity.length() + rim
 }
 
 impl StandingWall {
@@ -260,6 +292,7 @@ mod tests {
         let wall = Molecule::wall(to - from, radius).unwrap();
         let edge = wall.edges()[0];
         StandingWall {
+            origin: 0.5 * (from + to),
             centre: 0.5 * (from + to),
             half: 0.5 * (to - from),
             edge,

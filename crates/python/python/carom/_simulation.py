@@ -741,9 +741,10 @@ class Simulation:
         ends: ArrayLike | None = None,
         radius: float = 0.0,
         temperature: float | None = None,
+        motion: Mapping[str, Any] | None = None,
         tags: str | Sequence[str] = (),
     ) -> int:
-        """Adds a fixed straight wall: a line across the box at ``x`` or ``y``, or a segment.
+        """Adds a straight wall: a line across the box at ``x`` or ``y``, or a segment.
 
         Parameters
         ----------
@@ -755,6 +756,9 @@ class Simulation:
             Half the thickness (length).
         temperature : float, optional
             kT of a wall from which bodies leave with random velocities (mass · length² / time²).
+        motion : mapping, optional
+            Motion of the wall: ``velocity`` (length / time), ``turn`` (radians / time) and
+            ``about``, the pivot (length). At rest by default.
         tags : str or sequence of str
             Tags.
 
@@ -775,6 +779,7 @@ class Simulation:
             "y": None if y is None else number("y", y),
             "radius": number("radius", radius),
             "temperature": None if temperature is None else number("temperature", temperature),
+            "motion": None if motion is None else dict(motion),
             "tags": _between(tags),
         }
         if ends is not None:

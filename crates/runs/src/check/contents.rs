@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use carom::{
     Scene, View,
-    engine::{Body, Tag},
+    engine::{Body, BodyView, Tag},
 };
 use serde::Serialize;
 
@@ -61,8 +61,8 @@ struct Kind {
 }
 
 /// What the bodies on one line have in common: tags, wall or not, numbers of atoms and of edges,
-/// fixed or not, and locked or not.
-type Group<'a> = (&'a [Tag], bool, [usize; 2], bool, bool);
+/// fixed or not and moved or not, and locked or not.
+type Group<'a> = (&'a [Tag], bool, [usize; 2], [bool; 2], bool);
 
 /// Equal bodies of a group.
 struct Equal<'a> {
@@ -75,7 +75,7 @@ impl CheckedContents {
     pub(super) fn new(scene: &Scene, view: &View<'_>) -> Self {
         let (mut moving, mut turning, mut area) = (0, 0, 0.0);
         let mut groups: BTreeMap<Group<'_>, HashMap<[u64; 4], Equal<'_>>> = BTreeMap::new();
-        for (index, body) in view.bodies().map(|view| view.body).enumerate() {
+        for (index, BodyView { body, motion, .. }) in view.bodies().enumerate() {
             let molecule = body.molecule();
             area += molecule.area();
             moving += usize::from(!body.is_fixed());
@@ -84,7 +84,7 @@ impl CheckedContents {
                 body.tags(),
                 body.is_wall(),
                 [molecule.atoms().len(), molecule.edges().len()],
-                body.is_fixed(),
+                [body.is_fixed(), body.is_fixed() && !motion.is_at_rest()],
                 body.is_locked(),
             );
             let kt = body.wall_temperature().unwrap_or(0.0);
@@ -276,7 +276,10 @@ impl Kind {
         let size = match (body.is_wall(), atoms) {
             (true, _) => format!(
                 "length {}",
-                spread(all, |body| 2.0 * body.molecule().bounding_radius())
+                spread(all, |body| {
+                    let edge = body.molecule().wall_edge();
+                    edge.map_or(0.0, |edge| 2.0 * (edge.half_length() + edge.radius()))
+                })
             ),
             (false, 1) if !body.molecule().ellipses().is_empty() => {
                 let width = spread(all, |body| 2.0 * body.molecule().shape_of(0).axes()[1]);
@@ -291,9 +294,13 @@ impl Kind {
             (false, _) => format!("bounding radius {radii}"),
         };
         let masses = || spread(all, |body| body.molecule().mass());
+        let moves = view
+            .body(body.key())
+            .is_some_and(|found| !found.motion.is_at_rest());
+        let fixed = if moves { "moved" } else { "fixed" };
         let mass = match (body.is_fixed(), body.wall_temperature()) {
-            (true, Some(kt)) => format!("fixed, of temperature kT = {kt}"),
-            (true, None) => "fixed".to_owned(),
+            (true, Some(kt)) => format!("{fixed}, of temperature kT = {kt}"),
+            (true, None) => fixed.to_owned(),
             (false, _) if body.is_locked() && !body.molecule().is_disc() => {
                 format!("{}, does not turn", masses())
             }

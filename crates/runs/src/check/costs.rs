@@ -1,6 +1,9 @@
 //! What a scene pays for, and what it does not.
 
-use carom::{Scene, View, engine::Body};
+use carom::{
+    Scene, View,
+    engine::{Body, BodyView},
+};
 use carom_methods::Method;
 use serde::Serialize;
 
@@ -91,9 +94,12 @@ fn fixed(view: &View<'_>) -> Cost {
     let walls = count(Body::is_wall);
     let bumpers = count(Body::is_fixed) - walls;
     let thermal = count(|body| body.wall_temperature().is_some());
+    let is_moved = |wall: &BodyView<'_>| wall.body.is_fixed() && !wall.motion.is_at_rest();
+    let moved = view.bodies().filter(is_moved).count();
     let mut parts = Vec::new();
     for (number, name) in [
         (walls, "walls"),
+        (moved, "that move"),
         (thermal, "with a temperature"),
         (bumpers, "fixed discs"),
     ] {

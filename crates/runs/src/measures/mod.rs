@@ -51,6 +51,7 @@ mod velocities;
 mod viscosity;
 mod wall_heat;
 mod wall_pressure;
+mod wall_work;
 
 use anyhow::Result;
 use carom::{
@@ -80,7 +81,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 35] = [
+pub const KINDS: [MeasureKind; 36] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -114,6 +115,7 @@ pub const KINDS: [MeasureKind; 35] = [
     thermostat::KIND,
     wall_heat::KIND,
     wall_pressure::KIND,
+    wall_work::KIND,
     impulses::KIND,
     events::KIND,
 ];

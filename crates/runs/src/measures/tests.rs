@@ -320,6 +320,7 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
             "overlap",
             "wall-heat",
             "wall-pressure",
+            "wall-work",
             "front",
         ]
         .contains(&kind.name);

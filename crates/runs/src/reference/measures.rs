@@ -146,7 +146,9 @@ fn measure(kind: &MeasureKind) -> Result<Vec<String>> {
         Of::Group if kind.name == "wall-heat" => {
             (kind.name.to_owned(), format!("{THERMAL_WALL}{GAS}"))
         }
-        Of::Group if kind.name == "wall-pressure" => (kind.name.to_owned(), format!("{WALL}{GAS}")),
+        Of::Group if ["wall-pressure", "wall-work"].contains(&kind.name) => {
+            (kind.name.to_owned(), format!("{WALL}{GAS}"))
+        }
         Of::Group if OF_AXES.contains(&kind.name) => (kind.name.to_owned(), format!("{RODS}{GAS}")),
         Of::OneBody => (format!("{}:body", kind.name), format!("{BODY}{GAS}")),
         Of::Group | Of::TwoGroups | Of::Pair | Of::System => (kind.name.to_owned(), GAS.to_owned()),

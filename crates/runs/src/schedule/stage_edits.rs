@@ -207,6 +207,12 @@ impl Edits<'_> {
             *self.entry = format!("add_wall[{index}]");
             forgive(self.batch.add_wall(wall).map(|_| ()))?;
         }
+        for (index, set) in spec.move_wall.iter().enumerate() {
+            *self.entry = format!("move_wall[{index}]");
+            for key in self.tagged(&set.tag) {
+                forgive(self.batch.move_wall(key, &set.motion))?;
+            }
+        }
         for (index, relabel) in spec.tag.iter().enumerate() {
             *self.entry = format!("tag[{index}]");
             for key in self.concerned(relabel) {

@@ -6,7 +6,8 @@ use anyhow::{Context, Result, ensure};
 use carom::{
     Scene,
     engine::{
-        ElasticitySpec, StageSpec, ThermostatKind, ThermostatSpec, VelocitySpec, did_you_mean,
+        ElasticitySpec, StageSpec, ThermostatKind, ThermostatSpec, VelocitySpec, WallMotionSpec,
+        did_you_mean,
     },
 };
 
@@ -184,6 +185,9 @@ pub fn is_disturbed(scene: &Scene) -> Option<&'static str> {
     if is_dragged(scene) {
         return Some("a drag slows the bodies");
     }
+    if moves_walls(scene) {
+        return Some("walls move");
+    }
     let first = scene.stage.iter().position(|stage| stage.measure)?;
     let stages = scene.stage.iter().enumerate().skip(first);
     let mut reasons = stages.filter_map(|(index, stage)| {
@@ -205,6 +209,17 @@ pub fn is_dragged(scene: &Scene) -> bool {
         acts |= stage.measure && drag > 0.0;
     }
     acts
+}
+
+/// Whether any wall moves at any time.
+pub fn moves_walls(scene: &Scene) -> bool {
+    let added = scene.stage.iter().flat_map(|stage| &stage.add_wall);
+    let of_stages = scene.stage.iter().flat_map(|stage| &stage.move_wall);
+    let walls = scene.wall.iter().chain(added);
+    let motions = walls.filter_map(|wall| wall.motion.as_ref());
+    motions
+        .chain(of_stages.map(|set| &set.motion))
+        .any(|motion| *motion != WallMotionSpec::default())
 }
 
 /// Whether a thermostat drives bodies along axes of their own.
@@ -262,6 +277,9 @@ pub fn refuse_unknown_tags(scene: &Scene, carried: impl IntoIterator<Item = Stri
                 .iter()
                 .flat_map(|wall| wall.tags.iter().cloned()),
         );
+        for (number, set) in stage.move_wall.iter().enumerate() {
+            known(&carried, &format!("move_wall[{number}]"), &set.tag)?;
+        }
         for (number, relabel) in stage.tag.iter().enumerate() {
             if !relabel.of.is_empty() {
                 known(&carried, &format!("tag[{number}]"), &relabel.of)?;
@@ -333,6 +351,7 @@ fn words(stage: &StageSpec, (start, end): (f64, f64), counts: &[u64]) -> String 
         ("remove", stage.remove.len()),
         ("add", stage.add.len()),
         ("add_wall", stage.add_wall.len()),
+        ("move_wall", stage.move_wall.len()),
         ("tag", stage.tag.len() + stage.untag.len()),
         ("elasticity", usize::from(stage.elasticity.is_some())),
         ("transparent", usize::from(stage.transparent.is_some())),

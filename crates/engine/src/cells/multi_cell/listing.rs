@@ -11,12 +11,20 @@ use crate::{
         state::CellState,
         walls::{cells_of_wall, near_wall},
     },
-    world::World,
+    world::{
+        World,
+        wall::{StandingWall, wall_speed},
+    },
 };
 
 /// Least radius of a shell, as a share of the shorter side of a cell. Smaller: a body among discs
 /// far smaller than a cell leaves its shell so often that a run does not end. Larger: no gain.
 const MIN_SHELL: f64 = 1.0 / 128.0;
+
+/// Way of a wall that moves until it is listed anew, in shorter sides of a cell. Smaller: the wall
+/// is listed anew more often, and each time this costs a look at all its cells. Larger: bodies
+/// predict contacts with walls that are farther away.
+const SPAN: f64 = 1.0;
 
 /// Factor on the distances of lists, so that no rounding makes them too short.
 const MARGIN: f64 = 1.0 + 1e-12;
@@ -45,6 +53,53 @@ impl CellState {
         }
     }
 
+    /// Lists a wall that moves anew, and returns the bodies that it may now touch and could not
+    /// touch before: those in the cells that it has entered, and its neighbours.
+    #[cold]
+    pub(in crate::cells) fn move_wall(&mut self, world: &World, wall: u32, now: f64) -> Vec<u32> {
+        let Some(index) = self.multi_cell.get(wall) else {
+            return Vec::new();
+        };
+        let order = |listed: &Listed| (listed.index, listed.image);
+        let mut before = self.multi_cell.list[index].cells.clone();
+        before.sort_unstable_by_key(order);
+        self.list_body(world, index, now);
+        let multi_cell_body = &self.multi_cell.list[index];
+        let mut bodies: Vec<u32> = Vec::new();
+        for cell in &multi_cell_body.cells {
+            if before.binary_search_by_key(&order(cell), order).is_err() {
+                let around = self.neighbour_lists.seen_from(cell.index);
+                let inside = around.map(|(body, _)| body).filter(|&body| {
+                    let own = self.records[body as usize].cell();
+                    self.neighbour_lists.index(own) == cell.index
+                });
+                bodies.extend(inside);
+            }
+        }
+        let neighbours = multi_cell_body.neighbours.iter();
+        bodies.extend(neighbours.map(|other| self.multi_cell.list[other.index as usize].body));
+        bodies.sort_unstable();
+        bodies.dedup();
+        bodies
+    }
+
+    /// Sets the span for which a wall is listed from now on, and its place in the middle of it.
+    fn set_span(&mut self, world: &World, index: usize, now: f64) {
+        let side = self.grid.side().min_element();
+        let multi_cell_body = &mut self.multi_cell.list[index];
+        let (body, motion) = (
+            &world.bodies[multi_cell_body.body as usize],
+            &multi_cell_body.motion,
+        );
+        let until = (now + SPAN * side / wall_speed(body, motion)).max(now.next_up());
+        let Some((wall, way)) = StandingWall::during(body, motion, [now, until]) else {
+            return;
+        };
+        multi_cell_body.wall = Some(wall);
+        multi_cell_body.shell = way * MARGIN;
+        multi_cell_body.listed_until = until;
+    }
+
     /// Lists a multi-cell body around its present place.
     fn list_body(&mut self, world: &World, index: usize, now: f64) {
         self.unlist_body(index);
@@ -69,6 +124,9 @@ impl CellState {
                 .min(multi_cell_body.radius.max(0.5 * small))
                 .max(least)
         };
+        if self.multi_cell.list[index].is_moving_wall() {
+            self.set_span(world, index, now);
+        }
         self.list_in_cells(index);
         self.find_neighbours(bounds, index);
     }
@@ -151,8 +209,8 @@ impl CellState {
                 }
                 let shift = bounds.shift(image.map(i64::from));
                 let near = match (&multi_cell_body.wall, &there.wall) {
-                    (Some(wall), _) => near_wall(wall, there, shift),
-                    (None, Some(wall)) => near_wall(wall, multi_cell_body, -shift),
+                    (Some(wall), _) => near_wall(wall, multi_cell_body.shell, there, shift),
+                    (None, Some(wall)) => near_wall(wall, there.shell, multi_cell_body, -shift),
                     (None, None) => {
                         let radii = multi_cell_body.radius + there.radius;
                         let reach = (factor * radii + multi_cell_body.shell + there.shell) * MARGIN;
@@ -201,7 +259,7 @@ pub(in crate::cells) fn cells_of_fixed_body(
 /// Adds the cells that list a body.
 fn add_cells(grid: &CellGrid, multi_cell_body: &MultiCellBody, cells: &mut Vec<Listed>) {
     match &multi_cell_body.wall {
-        Some(wall) => cells_of_wall(grid, wall, cells),
+        Some(wall) => cells_of_wall(grid, wall, multi_cell_body.shell, cells),
         None => Reach::new(grid, multi_cell_body).add_cells(cells),
     }
 }

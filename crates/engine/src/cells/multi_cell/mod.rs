@@ -11,6 +11,11 @@
 //! Two multi-cell bodies are neighbours while the centres of their shells are within R + R' + h +
 //! h', each with the image in which it is seen. A fixed body has no shell and no events and is
 //! listed once. A wall is listed near its face only, however long the face is: see `walls`.
+//!
+//! A wall that moves is listed for a span of time, in every cell from which it can be touched in
+//! that span: h is then the largest distance of a point of the wall from its place in the middle of
+//! the span. At the end of the span the wall is listed anew, and the bodies in the cells that it
+//! has entered are predicted. Its motion never changes, so that it is not predicted itself.
 
 mod covered;
 mod earliest_event;
@@ -81,8 +86,11 @@ pub(super) struct MultiCellBody {
     fixed: bool,
     /// Whether its contacts with bodies in cells are those of two discs.
     is_disc_among_discs: bool,
-    /// The wall that the body is, if it is one.
+    /// The wall that the body is, if it is one; of a wall that moves its place in the middle of the
+    /// span for which it is listed.
     wall: Option<StandingWall>,
+    /// End of the span for which a fixed body is listed (offset in the epoch, time).
+    listed_until: f64,
     /// Bounding radius (length).
     pub radius: f64,
     motion: Motion,
@@ -106,6 +114,7 @@ impl MultiCellBody {
             fixed: body.is_fixed(),
             is_disc_among_discs: body.kind.molecule.is_disc() && !among_molecules,
             wall: StandingWall::new(body, motion),
+            listed_until: f64::INFINITY,
             radius: body.kind.molecule.bounding_radius(),
             motion: *motion,
             centre: motion.position,
@@ -114,6 +123,13 @@ impl MultiCellBody {
             tiles: Vec::new(),
             neighbours: Vec::new(),
         }
+    }
+}
+
+impl MultiCellBody {
+    /// Whether it is a wall that moves.
+    fn is_moving_wall(&self) -> bool {
+        self.fixed && !self.motion.is_at_rest()
     }
 }
 
@@ -188,6 +204,13 @@ impl MultiCellBodies {
     #[inline(always)]
     pub fn is_fixed(&self, body: u32) -> bool {
         self.get(body).is_some_and(|index| self.list[index].fixed)
+    }
+
+    /// End of the span for which a fixed body is listed (offset in the epoch, time); infinite for
+    /// a body at rest.
+    pub fn listed_until(&self, body: u32) -> f64 {
+        self.get(body)
+            .map_or(f64::INFINITY, |index| self.list[index].listed_until)
     }
 
     pub fn heap_bytes(&self) -> usize {

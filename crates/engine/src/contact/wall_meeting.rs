@@ -1,0 +1,316 @@
+//! Meetings of walls that move with other walls and with fixed bodies, at which a run ends.
+//!
+//! Two bodies of infinite mass have no impulse that keeps them apart, and a body between them would
+//! have infinitely many contacts before they meet. Bodies that overlap at the start of an epoch, as
+//! a piston and the wall along which it slides do, have no such meeting.
+
+use carom_detection::{Detection, Exact, Outcome};
+use carom_geometry::gap_between;
+use carom_kinematics::{Motion, RelativeMotion};
+use glam::DVec2;
+
+use crate::world::{
+    World,
+    body::Body,
+    rounding_bound::rounding_bound,
+    wall::{StandingWall, wall_speed},
+};
+
+/// Time over which the rate of a gap is measured, in times in which the bodies travel the shorter
+/// side of the box. Smaller: the rate is lost in the rounding of positions.
+const PROBE: f64 = 1e-6;
+
+/// A run ends so many roundings before two bodies meet, while they are still apart: bodies that
+/// touch have met before or slide along each other.
+const MARGIN: f64 = 4.0;
+
+/// Continuations of a search that ends "certified free until".
+const MAX_SEARCHES: u32 = 1000;
+
+/// The first meeting of two bodies of infinite mass.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct WallMeeting {
+    /// When they meet, less a few roundings (offset in the epoch, time); 0 if they do so now.
+    pub time: f64,
+    /// Their indices in [`World::bodies`], of which the first moves.
+    pub bodies: [usize; 2],
+}
+
+/// The largest time in which no wall travels more than the shorter side of the box; infinite if
+/// none moves.
+pub(crate) fn longest_sweep(world: &World) -> f64 {
+    let speeds = world
+        .moving_walls()
+        .map(|wall| wall_speed(&world.bodies[wall], &world.motions[wall]));
+    world.bounds.sides().min_element() / speeds.fold(0.0, f64::max)
+}
+
+/// The first meeting of a wall that moves with a fixed body until `horizon` (offset in the epoch,
+/// time).
+pub(crate) fn first_meeting(world: &World, horizon: f64) -> Option<WallMeeting> {
+    let mut first: Option<WallMeeting> = None;
+    for wall in world.moving_walls() {
+        for other in 0..world.bodies.len() {
+            let moves_too = !world.motions[other].is_at_rest();
+            if !world.bodies[other].is_fixed() || other == wall || (moves_too && other < wall) {
+                continue;
+            }
+            let horizon = first.map_or(horizon, |first| first.time);
+            let time = meeting_of_pair(world, [wall, other], horizon);
+            if let Some(time) = time.filter(|&time| first.is_none_or(|first| time < first.time)) {
+                let bodies = [wall, other];
+                first = Some(WallMeeting { time, bodies });
+            }
+        }
+    }
+    first
+}
+
+/// The time of the first meeting of a pair in any image.
+fn meeting_of_pair(world: &World, pair: [usize; 2], horizon: f64) -> Option<f64> {
+    let [a, b] = pair.map(|index| (&world.bodies[index], &world.motions[index]));
+    let speed = [a, b].map(|(body, motion)| wall_speed(body, motion));
+    let way = (speed[0] + speed[1]) * horizon;
+    let radii = a.0.molecule().bounding_radius() + b.0.molecule().bounding_radius();
+    let separation = b.1.position - a.1.position;
+    let sides = world.bounds.sides();
+    let images = [0, 1].map(|axis| {
+        let reach = radii + way;
+        let low = ((-reach - separation[axis]) / sides[axis]).ceil() as i64;
+        low..=((reach - separation[axis]) / sides[axis]).floor() as i64
+    });
+    let mut first: Option<f64> = None;
+    for row in images[1].clone() {
+        for column in images[0].clone() {
+            let pair = FixedPair {
+                bodies: [a.0, b.0],
+                motions: [a.1, b.1],
+                shift: world.bounds.shift([column, row]),
+                rounding: rounding_bound(sides, radii),
+                probe: PROBE * sides.min_element() / (speed[0] + speed[1]),
+            };
+            if pair.gap(0.0) <= way
+                && let Some(time) = pair.meeting(first.unwrap_or(horizon))
+            {
+                first = Some(time);
+            }
+        }
+    }
+    first
+}
+
+/// Two fixed bodies, of which one at least moves.
+struct FixedPair<'a> {
+    bodies: [&'a Body; 2],
+    motions: [&'a Motion; 2],
+    /// Of the second body (length).
+    shift: DVec2,
+    /// The deepest overlap by rounding alone (length).
+    rounding: f64,
+    /// Time over which the rate of the gap is measured (time).
+    probe: f64,
+}
+
+impl FixedPair<'_> {
+    /// Distance of the surfaces at a time (length); not positive where they overlap.
+    fn gap(&self, time: f64) -> f64 {
+        let [a, b] = self.motions.map(|motion| motion.at(time));
+        let separation = (b.position - a.position) + self.shift;
+        let placed = [(self.bodies[0], a), (self.bodies[1], b)];
+        let [wall_a, wall_b] = placed.map(|(body, motion)| StandingWall::new(body, &motion));
+        if let (Some(wall_a), Some(wall_b)) = (wall_a, wall_b) {
+            let spans = [wall_a, wall_b].map(|wall| {
+                let [from, to] = wall.ends();
+                to - from
+            });
+            let along = spans.map(DVec2::normalize);
+            let halves = spans.map(|span| 0.5 * span.length());
+            let between = (wall_b.middle() - wall_a.middle()) + self.shift;
+            let radii = self.radii();
+            if let Some(depth) = self.crossing(between, along, halves) {
+                return -(depth + radii);
+            }
+            // Two walls across the box have no end points. Along different axes they always cross.
+            if self.is_across(0) && self.is_across(1) {
+                return if along[0].perp_dot(along[1]) == 0.0 {
+                    self.distance_of_lines(time).abs() - radii
+                } else {
+                    f64::NEG_INFINITY
+                };
+            }
+        }
+        let [rotation_a, rotation_b] = [a, b].map(|motion| motion.orientation.cos_sin());
+        let [a, b] = self.bodies.map(Body::molecule);
+        gap_between(a, rotation_a, b, rotation_b, separation)
+    }
+
+    /// How far the lines of two walls that cross do so: the least distance of an end point of one
+    /// from the line of the other (length); infinite if neither has an end. `None` if they do not
+    /// cross.
+    fn crossing(&self, separation: DVec2, along: [DVec2; 2], halves: [f64; 2]) -> Option<f64> {
+        let sine = along[0].perp_dot(along[1]);
+        let mut depth = f64::INFINITY;
+        for side in 0..2 {
+            // Of the middle of this wall from the line of the other, along the normal of that.
+            let distance = separation.perp_dot(along[1 - side]);
+            let half = halves[side];
+            if self.is_across(side) {
+                // It meets its own images: the margin leaves no gap between them.
+                if !(distance.abs() <= half * sine.abs() * (1.0 + 1e-9)) {
+                    return None;
+                }
+            } else if distance.abs() <= half * sine.abs() && sine != 0.0 {
+                depth = depth.min(half * sine.abs() - distance.abs());
+            } else {
+                return None;
+            }
+        }
+        Some(depth)
+    }
+
+    /// Half the thickness of both (length).
+    fn radii(&self) -> f64 {
+        self.bodies[0].reach() + self.bodies[1].reach()
+    }
+
+    /// Signed distance of the second body from the line of the first, a wall that does not turn
+    /// (length).
+    fn distance_of_lines(&self, time: f64) -> f64 {
+        let [a, b] = self.motions.map(|motion| motion.at(time));
+        let edge = self.bodies[0].molecule().wall_edge();
+        let along = edge.map_or(DVec2::X, carom_geometry::Edge::along);
+        let along = a.orientation.cos_sin().rotate(along);
+        along.perp_dot((b.position - a.position) + self.shift)
+    }
+
+    fn is_across(&self, side: usize) -> bool {
+        let molecule = self.bodies[side].molecule();
+        molecule.is_wall() && molecule.atoms().is_empty()
+    }
+
+    /// The time of the first meeting before `horizon`, less the time in which the bodies travel the
+    /// last few roundings; 0 if that is over.
+    fn meeting(&self, horizon: f64) -> Option<f64> {
+        if self.gap(0.0) <= self.rounding {
+            // They touch, and slide along each other or leave each other.
+            return None;
+        }
+        let time = self.first_contact(horizon)?;
+        let span = self.probe.min(time);
+        let rate = (self.gap(time - span) - self.gap(time)) / span;
+        let margin = MARGIN * self.rounding / rate;
+        if !(rate > 0.0 && margin <= self.probe) {
+            // They touch without a measurable approach.
+            return None;
+        }
+        Some(if time <= 2.0 * margin {
+            0.0
+        } else {
+            time - margin
+        })
+    }
+
+    /// The first time before `horizon` at which the surfaces of bodies that are apart touch, or at
+    /// which the search ends.
+    fn first_contact(&self, horizon: f64) -> Option<f64> {
+        if self.is_across(0) && self.is_across(1) {
+            // They are parallel: the distance of their lines is linear in time.
+            let [now, later] = [0.0, self.probe].map(|time| self.distance_of_lines(time));
+            let (distance, rate) = (now.abs(), now.signum() * (now - later) / self.probe);
+            let time = (distance - self.radii()) / rate;
+            return (rate > 0.0 && time <= horizon).then_some(time);
+        }
+        let detector = Exact::default();
+        let [a, b] = self.bodies.map(|body| body.molecule().outline());
+        let mut now = 0.0;
+        for _ in 0..MAX_SEARCHES {
+            let [motion_a, motion_b] = self.motions;
+            let relative = RelativeMotion::between(motion_a, motion_b, self.shift, now);
+            let answer = detector.first_contact(a, b, &relative, horizon - now);
+            match answer.outcome {
+                Outcome::Free => return None,
+                Outcome::Contact(contact) => return Some(now + contact.time),
+                Outcome::FreeUntil(time) => now = (now + time).max(f64::next_up(now)),
+                Outcome::Unresolved(time) => return Some(now + time),
+                // Far out of all ranges of a scene.
+                Outcome::OutOfRange => return None,
+            }
+        }
+        Some(now)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Scene, Simulation, scene::error::RunError};
+
+    /// The time at which a run ends because walls meet.
+    fn end(walls: &str) -> Option<f64> {
+        let mut simulation = Simulation::new(&Scene::from_toml(walls).unwrap()).unwrap();
+        match simulation.run_until(10.0) {
+            Ok(()) => None,
+            Err(RunError::WallsMeet { time, .. }) => Some(time.to_f64()),
+            Err(other) => panic!("{other}"),
+        }
+    }
+
+    const PISTON: &str = "[[wall]]\nx = 0.25\nmotion = { velocity = [0.125, 0.0] }\n";
+
+    #[test]
+    fn a_piston_ends_the_run_where_it_meets_a_fixed_body() {
+        // A wall across the box, a post and the tip of a flap.
+        for (body, time) in [
+            ("[[wall]]\nx = 0.75", 4.0),
+            ("[[wall]]\nx = 0.75\nradius = 0.05", 3.6),
+            ("[[bumper]]\nat = [0.75, 0.5]\nradius = 0.125", 3.0),
+            ("[[wall]]\nfrom = [0.5, 0.2]\nto = [0.7, 0.4]", 2.0),
+            (
+                "[[wall]]\nx = 0.75\nmotion = { velocity = [-0.125, 0.0] }",
+                2.0,
+            ),
+            // The nearest image is behind the border of the box.
+            ("[[wall]]\nx = 0.125", 7.0),
+        ] {
+            let found = end(&format!("{PISTON}{body}"));
+            assert!(
+                found.is_some_and(|t| (t - time).abs() < 1e-11),
+                "{body}: {found:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn walls_that_slide_along_each_other_or_recede_do_not_meet() {
+        for body in [
+            // The piston slides along the sides of its cylinder, across the box and of length 2.
+            "[[wall]]\ny = 0.0\n[[wall]]\nfrom = [-0.5, 0.5]\nto = [1.5, 0.5]",
+            "[[wall]]\ny = 0.4",
+            "[[wall]]\nx = 0.75\nmotion = { velocity = [0.125, 0.0] }",
+            "",
+        ] {
+            assert_eq!(end(&format!("{PISTON}{body}")), None, "{body}");
+        }
+        // A short piston whose ends touch the sides.
+        let short = "[[wall]]\ny = 0.2\n[[wall]]\ny = 0.7\n\
+                     [[wall]]\nfrom = [0.1, 0.2]\nto = [0.1, 0.7]\nmotion = { velocity = [0.25, 0.0] }";
+        assert_eq!(end(short), None);
+        // One that leaves the place where it touches a wall.
+        let leaving = "[[wall]]\nx = 0.5\n[[wall]]\nfrom = [0.5, 0.2]\nto = [0.5, 0.7]\n\
+                       motion = { velocity = [0.02, 0.0] }";
+        assert_eq!(end(leaving), None);
+    }
+
+    #[test]
+    fn a_meeting_names_both_walls_and_stays_where_it_is() {
+        let walls = format!("{PISTON}tags = [\"piston\"]\n[[wall]]\nx = 0.75\ntags = [\"stop\"]");
+        let mut simulation = Simulation::new(&Scene::from_toml(&walls).unwrap()).unwrap();
+        for _ in 0..3 {
+            let words = simulation.run_until(10.0).unwrap_err().to_string();
+            assert!(
+                words.contains("(tag piston)") && words.contains("(tag stop)"),
+                "{words}"
+            );
+            assert!((simulation.time().to_f64() - 4.0).abs() < 1e-11);
+        }
+    }
+}

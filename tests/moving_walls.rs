@@ -1,0 +1,662 @@
+//! Walls that move: pistons, shakers and boxes that fly with their contents.
+
+use carom_detection::Exact;
+use carom_engine::{
+    CellScheduler, CellsPerSide, HeapScheduler, Instructions, RunError, Scene, Simulation,
+    WallMotionSpec,
+};
+use carom_observers::{Group, WallHeat, WallWork};
+use carom_response::Impact;
+
+fn scene(text: &str) -> Scene {
+    Scene::from_toml(text).unwrap()
+}
+
+/// A ball between a fixed wall and a piston, by the recursion of its contacts: the piston is at
+/// p₀ + w t, and each contact with it changes the ball's speed v to |2 w − v|.
+struct Ball {
+    time: f64,
+    place: f64,
+    velocity: f64,
+}
+
+impl Ball {
+    /// The next contact, with the centre between `low` and the piston's face, `high` + w t.
+    fn bounce(&mut self, low: f64, high: f64, w: f64) {
+        if self.velocity < 0.0 {
+            self.time += (self.place - low) / -self.velocity;
+            self.place = low;
+            self.velocity = -self.velocity;
+        } else {
+            let gap = high + w * self.time - self.place;
+            self.time += gap / (self.velocity - w);
+            self.place = high + w * self.time;
+            self.velocity = 2.0 * w - self.velocity;
+        }
+    }
+}
+
+/// Runs a ball of radius 1/16 between a wall at 1/8 and a piston that starts at 7/8, and compares
+/// contact by contact with the recursion; returns the largest deviation of a velocity.
+fn deviation(w: f64, velocity: f64, contacts: usize) -> f64 {
+    let text = format!(
+        "[[wall]]\nx = 0.125\n[[wall]]\nx = 0.875\nmotion = {{ velocity = [{w:?}, 0.0] }}\n\
+         [[molecule]]\nshape = \"disc\"\natom_radius = 0.0625\natom_mass = 2.0\nat = [0.5, 0.5]\n\
+         velocity = [{velocity:?}, 0.25]"
+    );
+    let mut simulation = Simulation::new(&scene(&text)).unwrap();
+    let mut ball = Ball {
+        time: 0.0,
+        place: 0.5,
+        velocity,
+    };
+    let mut worst = 0.0f64;
+    for contact in 0..contacts {
+        assert!(simulation.step(1e9, &mut ()).unwrap());
+        ball.bounce(0.1875, 0.8125, w);
+        let view = simulation.view();
+        let motion = view.bodies().next().unwrap().motion;
+        let off = (motion.velocity.x - ball.velocity).abs() / ball.velocity.abs();
+        let late = (view.time().to_f64() - ball.time).abs() / ball.time;
+        let away = (motion.position.x - ball.place).abs();
+        assert!(
+            off.max(late).max(away) < 1e-10,
+            "contact {contact}: {off:e}, {late:e}, {away:e}"
+        );
+        assert_eq!(motion.velocity.y, 0.25);
+        worst = worst.max(off).max(late).max(away);
+    }
+    let (view, ledger) = (simulation.view(), simulation.view().ledger());
+    let energy = view.energy();
+    assert!((ledger.booked() - energy).abs() < 1e-13 * energy.max(1.0));
+    assert!(w == 0.0 || (ledger.work - (energy - ledger.initial)).abs() < 1e-13 * energy.max(1.0));
+    worst
+}
+
+#[test]
+fn a_ball_between_a_wall_and_a_piston_follows_its_recursion() {
+    // Compression, in which the speed grows from 1 to 60, and expansion.
+    assert!(deviation(-1.0 / 1024.0, 1.0, 20_000) < 1e-11);
+    assert!(deviation(1.0 / 4096.0, -1.0, 200) < 1e-12);
+}
+
+#[test]
+fn a_wall_that_recedes_faster_than_the_ball_does_nothing_and_one_at_its_speed_does_not_stick() {
+    for w in [0.75, 0.5] {
+        let text = format!(
+            "box.sides = [64.0, 1.0]\n[[wall]]\nx = 0.25\nmotion = {{ velocity = [{w:?}, 0.0] }}\n\
+             [[molecule]]\nshape = \"disc\"\natom_radius = 0.125\natom_mass = 1.0\nat = [0.125, 0.5]\n\
+             velocity = [0.5, 0.0]"
+        );
+        let mut simulation = Simulation::new(&scene(&text)).unwrap();
+        simulation.run_until(60.0).unwrap();
+        assert_eq!(simulation.view().counters().collisions, 0, "{w}");
+        assert_eq!(simulation.view().ledger().work, 0.0);
+    }
+}
+
+const PISTON: &str = "[box]\nseed = 5\n[[wall]]\nx = 0.0\n[[wall]]\ny = 0.0\n\
+    [[wall]]\nx = 0.98\nmotion = { velocity = [-0.25, 0.0] }\n";
+
+const GASES: [&str; 4] = [
+    // Discs, few and many; discs and large ones; molecules; discs with molecules.
+    "[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 60\nregion.x = [0.0, 0.9]",
+    "[[gas]]\nradius = 0.008\nmass = 1.0\nenergy = 1.0\ncount = 500\nregion.x = [0.0, 0.9]\n\
+     [[gas]]\nradius = 0.05\nmass = 9.0\nenergy = 1.0\ncount = 4\nregion.x = [0.0, 0.9]",
+    "[[gas]]\nshape = \"tee\"\natom_radius = 0.008\natom_mass = 1.0\nenergy = 1.0\ncount = 120\nregion.x = [0.0, 0.9]",
+    "[[gas]]\nshape = \"square\"\nsize = 0.03\nmass = 1.0\nenergy = 1.0\ncount = 120\nregion.x = [0.0, 0.9]",
+];
+
+#[test]
+fn the_ledger_balances_and_no_body_passes_a_piston() {
+    for gas in GASES {
+        let mut simulation = Simulation::new(&scene(&format!("{PISTON}{gas}"))).unwrap();
+        for step in 1..=8 {
+            simulation.run_until(0.25 * f64::from(step)).unwrap();
+            let (view, ledger) = (simulation.view(), simulation.view().ledger());
+            let energy = view.energy();
+            let off = ledger.booked() - energy;
+            assert!(off.abs() < 1e-13 * energy, "{gas}: {off:e} of {energy}");
+            assert!(ledger.work > 0.0 && ledger.lost.abs() < 1e-12 * energy);
+            assert_eq!(view.overlaps().pairs, 0, "{gas} at step {step}");
+            let wall = view.bodies().find(|b| b.body.id() == 2).unwrap();
+            let face = wall.motion.position.x;
+            assert!((face - (0.98 - 0.0625 * f64::from(step))).abs() < 1e-14);
+            for body in view.bodies().filter(|body| !body.body.is_fixed()) {
+                assert!(body.motion.position.x < face, "{gas}");
+            }
+        }
+        let counters = simulation.view().counters();
+        assert!(
+            counters.fixed_collisions > 100,
+            "{}",
+            counters.fixed_collisions
+        );
+    }
+}
+
+#[test]
+fn cells_and_the_heap_agree_on_a_piston() {
+    for gas in GASES {
+        let scene = scene(&format!("{PISTON}{gas}"));
+        let mut cells = Simulation::<Exact, Impact, CellScheduler>::with(
+            &scene,
+            Exact::default(),
+            Impact,
+            Instructions::Widest,
+        )
+        .unwrap();
+        let mut heap = Simulation::<Exact, Impact, HeapScheduler>::with(
+            &scene,
+            Exact::default(),
+            Impact,
+            CellsPerSide::Automatic,
+        )
+        .unwrap();
+        // Chaos multiplies the roundings, in which the two differ, by ten in a few contacts a body.
+        let until = if gas.contains("500") { 0.04 } else { 0.15 };
+        cells.run_until(until).unwrap();
+        heap.run_until(until).unwrap();
+        let (one, other) = (cells.view(), heap.view());
+        assert_eq!(
+            one.counters().collisions,
+            other.counters().collisions,
+            "{gas}"
+        );
+        assert_eq!(
+            one.counters().fixed_collisions,
+            other.counters().fixed_collisions
+        );
+        assert!(one.counters().fixed_collisions > 5);
+        for (a, b) in one.bodies().zip(other.bodies()) {
+            let off = (a.motion.velocity - b.motion.velocity).length();
+            assert!(off < 1e-7, "{gas}: {off:e}");
+        }
+    }
+}
+
+/// A gas in a box whose walls all move with u, and the gas with them, follows the path of the gas
+/// in the box at rest, shifted by u t.
+#[test]
+fn a_box_that_flies_holds_a_gas_of_the_same_trajectory() {
+    let walls = |u: [f64; 2]| {
+        let motion = format!("motion = {{ velocity = [{:?}, {:?}] }}", u[0], u[1]);
+        let frame = [
+            ("0.125, 0.125", "0.875, 0.125"),
+            ("0.875, 0.125", "0.875, 0.875"),
+            ("0.875, 0.875", "0.125, 0.875"),
+            ("0.125, 0.875", "0.125, 0.125"),
+            // A flap inside.
+            ("0.5, 0.25", "0.625, 0.5"),
+        ];
+        let wall = |(from, to)| format!("[[wall]]\nfrom = [{from}]\nto = [{to}]\n{motion}\n");
+        let walls: String = frame.map(wall).concat();
+        let balls = (0..24).map(|ball| {
+            let at = [
+                0.1875 + 0.03125 * f64::from(ball % 4),
+                0.25 + 0.09375 * f64::from(ball / 4),
+            ];
+            let angle = f64::from(ball);
+            let [vx, vy] = [angle.cos() + u[0], angle.sin() + u[1]];
+            let shape = if ball % 3 == 0 { "tee" } else { "disc" };
+            format!(
+                "[[molecule]]\nshape = \"{shape}\"\natom_radius = 0.00390625\natom_mass = 1.0\n\
+                 at = [{:?}, {:?}]\nvelocity = [{vx:?}, {vy:?}]\n",
+                at[0], at[1]
+            )
+        });
+        let balls: String = balls.collect();
+        Simulation::new(&scene(&format!("{balls}{walls}"))).unwrap()
+    };
+    let u = [0.75, -0.5];
+    let (mut at_rest, mut flying) = (walls([0.0; 2]), walls(u));
+    for step in 1..=5 {
+        let time = 0.125 * f64::from(step);
+        at_rest.run_until(time).unwrap();
+        flying.run_until(time).unwrap();
+        let (one, other) = (at_rest.view(), flying.view());
+        assert_eq!(one.counters().collisions, other.counters().collisions);
+        for (a, b) in one.bodies().zip(other.bodies()) {
+            let shift = glam::DVec2::from(u);
+            let away = b.unwrapped(other.bounds()) - a.unwrapped(one.bounds()) - shift * time;
+            assert!(away.length() < 1e-7, "{} at {time}: {away}", a.body.id());
+            if !a.body.is_fixed() {
+                assert!((b.motion.velocity - a.motion.velocity - shift).length() < 1e-7);
+            }
+        }
+    }
+    assert!(at_rest.view().counters().fixed_collisions > 15);
+}
+
+#[test]
+fn a_run_with_a_piston_is_resumed_to_the_bit() {
+    for gas in GASES {
+        let mut simulation = Simulation::new(&scene(&format!("{PISTON}{gas}"))).unwrap();
+        simulation.run_until(0.3).unwrap();
+        let state = simulation.end_epoch_here();
+        let mut resumed = Simulation::resume(&state).unwrap();
+        simulation.run_until(0.6).unwrap();
+        resumed.run_until(0.6).unwrap();
+        assert_eq!(simulation.view().ledger(), resumed.view().ledger());
+        for (a, b) in simulation.view().bodies().zip(resumed.view().bodies()) {
+            assert_eq!(a.motion, b.motion);
+            assert_eq!(a.winding, b.winding);
+        }
+    }
+}
+
+/// Mirrors the velocities of all bodies and walls: the gas returns to its start.
+#[test]
+fn a_compressed_gas_returns_when_all_velocities_are_reversed() {
+    let mut simulation = Simulation::new(&scene(&format!("{PISTON}{}", GASES[0]))).unwrap();
+    let start: Vec<_> = simulation
+        .view()
+        .bodies()
+        .map(|b| b.motion.position)
+        .collect();
+    simulation.run_until(0.125).unwrap();
+    assert!(simulation.view().ledger().work > 0.0);
+    simulation.reverse();
+    simulation.run_until(0.25).unwrap();
+    assert!(simulation.view().ledger().work.abs() < 1e-9);
+    for (body, start) in simulation.view().bodies().zip(start) {
+        assert!((body.motion.position - start).length() < 1e-9);
+    }
+}
+
+#[test]
+fn a_thermal_wall_that_moves_draws_in_its_own_frame() {
+    // Gas and walls at rest relative to each other, in a frame that moves: kT stays 1 there.
+    let text = "[box]\nseed = 3\nsides = [1.0, 1.0]\n\
+        [[wall]]\nx = 0.0\ntemperature = 1.0\nmotion = { velocity = [2.0, 0.0] }\n\
+        [[wall]]\nx = 0.5\ntemperature = 1.0\nmotion = { velocity = [2.0, 0.0] }\n\
+        [[gas]]\nradius = 0.004\nmass = 1.0\nenergy = 1.0\ncount = 400";
+    let mut simulation = Simulation::new(&scene(text)).unwrap();
+    simulation.run_until(5.0).unwrap();
+    let (mut mean, mut samples) = (0.0, 0.0);
+    for step in 0..40 {
+        simulation.run_until(5.0 + 0.5 * f64::from(step)).unwrap();
+        for body in simulation
+            .view()
+            .bodies()
+            .filter(|body| !body.body.is_fixed())
+        {
+            let v = body.motion.velocity - glam::DVec2::new(2.0, 0.0);
+            mean += 0.5 * v.length_squared();
+            samples += 1.0;
+        }
+    }
+    let kt = mean / samples;
+    assert!((kt - 1.0).abs() < 0.05, "{kt}");
+    let (view, ledger) = (simulation.view(), simulation.view().ledger());
+    assert!((ledger.booked() - view.energy()).abs() < 1e-10);
+    assert!(ledger.heat.abs() > 1.0 && ledger.work.abs() > 1.0);
+    let mut sums = (WallHeat::new(Group::All), WallWork::new(Group::All));
+    simulation.observe_until(30.0, &mut sums).unwrap();
+    let after = simulation.view().ledger();
+    let [heat, work] = [after.heat - ledger.heat, after.work - ledger.work];
+    assert!((sums.0.heat() - heat).abs() < 1e-9, "{heat}");
+    assert!((sums.1.work() - work).abs() < 1e-9 && work != 0.0, "{work}");
+}
+
+#[test]
+fn a_piston_is_stopped_and_sent_back() {
+    let mut simulation = Simulation::new(&scene(&format!("{PISTON}{}", GASES[0]))).unwrap();
+    let piston = simulation
+        .view()
+        .bodies()
+        .find(|b| b.body.id() == 2)
+        .unwrap()
+        .body
+        .key();
+    simulation.run_until(1.0).unwrap();
+    simulation
+        .move_wall(piston, &WallMotionSpec::default())
+        .unwrap();
+    let compressed = simulation.view().energy();
+    simulation.run_until(2.0).unwrap();
+    assert!((simulation.view().energy() - compressed).abs() < 1e-12 * compressed);
+    assert!((simulation.view().body(piston).unwrap().motion.position.x - 0.73).abs() < 1e-15);
+    let back = WallMotionSpec {
+        velocity: [0.25, 0.0],
+        ..WallMotionSpec::default()
+    };
+    simulation.move_wall(piston, &back).unwrap();
+    simulation.run_until(3.0).unwrap();
+    assert!((simulation.view().body(piston).unwrap().motion.position.x - 0.98).abs() < 1e-15);
+    assert!(simulation.view().energy() < compressed);
+}
+
+#[test]
+fn bodies_without_a_way_out_end_a_run_by_name() {
+    let ball = "[[wall]]\nx = 0.125\n[[wall]]\nx = 0.875\ntags = [\"press\"]\nmotion = { velocity = [-0.25, 0.0] }\n\
+        [[molecule]]\nshape = \"disc\"\natom_radius = 0.0625\natom_mass = 2.0\nat = [0.5, 0.5]\nvelocity = [1.0, 0.25]";
+    let mut simulation = Simulation::new(&scene(ball)).unwrap();
+    let error = simulation.run_until(10.0).unwrap_err();
+    assert!(matches!(error, RunError::Squeezed { .. }), "{error}");
+    assert!(error.to_string().contains("(tag press)"), "{error}");
+    // The gap of 0.625 closes at 2.5.
+    assert!((simulation.time().to_f64() - 2.5).abs() < 1e-3);
+    let gas = "[box]\nsides = [1.0, 0.1]\n[[wall]]\nx = 0.0\n[[wall]]\nx = 0.8\nmotion = { velocity = [-2.0, 0.0] }\n\
+        [[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 12\nregion.x = [0.0, 0.8]";
+    let mut simulation = Simulation::new(&scene(gas)).unwrap();
+    let error = simulation.run_until(10.0).unwrap_err();
+    assert!(matches!(error, RunError::Squeezed { .. }), "{error}");
+}
+
+#[test]
+fn motions_out_of_range_and_drags_are_refused_by_name() {
+    let refused = |text: &str| Simulation::new(&scene(text)).unwrap_err().to_string();
+    let words = refused("[[wall]]\nx = 0.1\nmotion = { velocity = [inf, 0.0] }");
+    assert!(
+        words.contains("wall[0]") && words.contains("motion of a wall"),
+        "{words}"
+    );
+    let words = refused("[[wall]]\nx = 0.1\nmotion = { velocity = [1e-80, 0.0] }");
+    assert!(words.contains("wall[0]"), "{words}");
+    let words = refused("box.drag = 0.5\n[[wall]]\nx = 0.1\nmotion = { velocity = [1.0, 0.0] }");
+    assert!(
+        words.contains("wall[0]") && words.contains("drag"),
+        "{words}"
+    );
+    let scene = scene("[[wall]]\nx = 0.1\n[[bumper]]\nradius = 0.1\nat = [0.5, 0.5]");
+    let mut simulation = Simulation::new(&scene).unwrap();
+    let keys: Vec<_> = simulation.view().bodies().map(|b| b.body.key()).collect();
+    let motion = WallMotionSpec {
+        velocity: [1.0, 0.0],
+        ..WallMotionSpec::default()
+    };
+    let words = simulation
+        .move_wall(keys[0], &motion)
+        .unwrap_err()
+        .to_string();
+    assert!(words.contains("no wall"), "{words}");
+    simulation.move_wall(keys[1], &motion).unwrap();
+    let words = simulation.set_drag(1.0).unwrap_err().to_string();
+    assert!(words.contains("drag"), "{words}");
+}
+
+#[test]
+fn a_paddle_strikes_a_ball_at_the_computed_time_with_twice_the_speed_of_its_face() {
+    // The hinge at (1/4, 1/2), the ball at a distance of 1/4 along x, and the paddle at -45
+    // degrees.
+    for (about, hinge) in [("about = [0.25, 0.5], ", true), ("", false)] {
+        let (from, to) = if hinge {
+            ([0.25, 0.5], [0.5, 0.25])
+        } else {
+            ([0.0, 0.75], [0.5, 0.25])
+        };
+        let text = format!(
+            "[[wall]]\nfrom = {from:?}\nto = {to:?}\nmotion = {{ {about}turn = 0.5 }}\n\
+             [[molecule]]\nshape = \"disc\"\natom_radius = 0.0625\natom_mass = 3.0\nat = [0.5, 0.5]"
+        );
+        let mut simulation = Simulation::new(&scene(&text)).unwrap();
+        assert!(simulation.step(10.0, &mut ()).unwrap());
+        let (distance, radius, omega) = (0.25f64, 0.0625f64, 0.5);
+        let angle = -(radius / distance).asin();
+        let time = (angle + std::f64::consts::FRAC_PI_4) / omega;
+        assert!((simulation.time().to_f64() - time).abs() < 1e-14);
+        let speed = 2.0 * omega * (distance * distance - radius * radius).sqrt();
+        let normal = glam::DVec2::from_angle(angle).perp();
+        let ball = simulation.view().bodies().next().unwrap().motion.velocity;
+        assert!((ball - speed * normal).length() < 1e-14, "{ball}");
+        let (energy, work) = (simulation.view().energy(), simulation.view().ledger().work);
+        assert!((energy - 1.5 * speed * speed).abs() < 1e-14 && (work - energy).abs() < 1e-14);
+    }
+}
+
+/// A box with a paddle on a hinge and a stirrer.
+const PADDLES: &str = "[box]\nseed = 8\n[[wall]]\nx = 0.0\n[[wall]]\ny = 0.0\n\
+    [[wall]]\nfrom = [0.2, 0.3]\nto = [0.35, 0.3]\nmotion = { turn = 3.0, about = [0.2, 0.3] }\n\
+    [[wall]]\nfrom = [0.6, 0.6]\nto = [0.8, 0.7]\nradius = 0.004\nmotion = { turn = -2.0, velocity = [-0.05, 0.02] }\n";
+
+const STIRRED: [&str; 3] = [
+    "[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 200",
+    "[[gas]]\nshape = \"tee\"\natom_radius = 0.006\natom_mass = 1.0\nenergy = 1.0\ncount = 120",
+    "[[gas]]\nshape = \"rectangle:2\"\nsize = 0.015\nmass = 1.0\nenergy = 1.0\ncount = 100",
+];
+
+#[test]
+fn paddles_stir_with_a_balanced_ledger_and_without_overlap() {
+    for gas in STIRRED {
+        let mut simulation = Simulation::new(&scene(&format!("{PADDLES}{gas}"))).unwrap();
+        for step in 1..=6 {
+            simulation.run_until(0.2 * f64::from(step)).unwrap();
+            let (view, ledger) = (simulation.view(), simulation.view().ledger());
+            let energy = view.energy();
+            assert!((ledger.booked() - energy).abs() < 1e-12 * energy, "{gas}");
+            assert_eq!(view.overlaps().pairs, 0, "{gas} at step {step}");
+        }
+        assert!(simulation.view().ledger().work != 0.0);
+        assert!(simulation.view().counters().fixed_collisions > 100);
+        assert_eq!(simulation.view().counters().scheduler.unresolved, 0);
+    }
+}
+
+#[test]
+fn cells_and_the_heap_agree_on_paddles_and_a_resumed_run_on_its_bits() {
+    for gas in STIRRED {
+        let scene = scene(&format!("{PADDLES}{gas}"));
+        let mut cells = Simulation::new(&scene).unwrap();
+        let options = CellsPerSide::Automatic;
+        let mut heap = Simulation::<Exact, Impact, HeapScheduler>::with(
+            &scene,
+            Exact::default(),
+            Impact,
+            options,
+        )
+        .unwrap();
+        cells.run_until(0.06).unwrap();
+        heap.run_until(0.06).unwrap();
+        assert!(cells.view().counters().fixed_collisions > 3);
+        assert_eq!(
+            cells.view().counters().fixed_collisions,
+            heap.view().counters().fixed_collisions
+        );
+        for (a, b) in cells.view().bodies().zip(heap.view().bodies()) {
+            assert!(
+                (a.motion.velocity - b.motion.velocity).length() < 1e-6,
+                "{gas}"
+            );
+        }
+        let mut resumed = Simulation::resume(&cells.end_epoch_here()).unwrap();
+        cells.run_until(0.3).unwrap();
+        resumed.run_until(0.3).unwrap();
+        assert_eq!(cells.view().ledger(), resumed.view().ledger());
+        for (a, b) in cells.view().bodies().zip(resumed.view().bodies()) {
+            assert_eq!(a.motion, b.motion);
+        }
+    }
+}
+
+#[test]
+fn a_paddle_that_has_stopped_is_the_wall_between_its_end_points() {
+    let gas =
+        "[[gas]]\nshape = \"tee\"\natom_radius = 0.006\natom_mass = 1.0\nenergy = 1.0\ncount = 60";
+    let mut simulation = Simulation::new(&scene(&format!("{PADDLES}{gas}"))).unwrap();
+    simulation.run_until(0.1).unwrap();
+    let walls: Vec<_> = simulation
+        .view()
+        .bodies()
+        .filter_map(|body| Some((body.body.key(), body.wall()?, body.body.reach())))
+        .skip(2)
+        .collect();
+    assert_eq!(walls.len(), 2);
+    let mut replaced = simulation.clone();
+    for (key, [from, to], radius) in walls {
+        simulation
+            .move_wall(key, &WallMotionSpec::default())
+            .unwrap();
+        let wall = carom_engine::WallSpec {
+            from: Some(from.to_array()),
+            to: Some(to.to_array()),
+            radius,
+            ..carom_engine::WallSpec::default()
+        };
+        replaced.remove(key).unwrap();
+        replaced.add_wall(&wall).unwrap();
+    }
+    simulation.run_until(0.4).unwrap();
+    replaced.run_until(0.4).unwrap();
+    let (one, other) = (simulation.view(), replaced.view());
+    assert_eq!(one.counters().collisions, other.counters().collisions);
+    for body in one.bodies().filter(|body| !body.body.is_fixed()) {
+        let same = other.body(body.body.key()).unwrap();
+        assert!((body.motion.velocity - same.motion.velocity).length() < 1e-6);
+    }
+}
+
+#[test]
+fn a_paddle_ends_the_run_where_it_meets_a_post() {
+    let text = "[[bumper]]\nradius = 0.0625\nat = [0.5, 0.5]\n\
+        [[wall]]\nfrom = [0.25, 0.5]\nto = [0.5, 0.25]\nmotion = { turn = 0.5, about = [0.25, 0.5] }";
+    let mut simulation = Simulation::new(&scene(text)).unwrap();
+    let error = simulation.run_until(10.0).unwrap_err();
+    assert!(matches!(error, RunError::WallsMeet { .. }), "{error}");
+    let time = (std::f64::consts::FRAC_PI_4 - 0.25f64.asin()) / 0.5;
+    assert!((simulation.time().to_f64() - time).abs() < 1e-11);
+}
+
+#[test]
+fn turning_walls_that_cannot_be_searched_are_refused_by_name() {
+    let refused = |text: &str| Simulation::new(&scene(text)).unwrap_err().to_string();
+    let words = refused("[[wall]]\nx = 0.5\nmotion = { turn = 1.0 }");
+    assert!(
+        words.contains("wall[0]") && words.contains("`from` and `to`"),
+        "{words}"
+    );
+    let words = refused("[[wall]]\nfrom = [0.0, 0.0]\nto = [1.0, 0.5]\nmotion = { turn = 1.0 }");
+    assert!(words.contains("shorter than the shorter side"), "{words}");
+    let paddle = "[[wall]]\nfrom = [0.1, 0.1]\nto = [0.3, 0.1]\nmotion = { turn = 1.0 }\n";
+    let ellipse = "[[molecule]]\nshape = \"ellipse:2\"\nsize = 0.1\nmass = 1.0\nat = [0.5, 0.5]";
+    let words = refused(&format!("{paddle}{ellipse}"));
+    assert!(
+        words.contains("wall[0]") && words.contains("ellipses"),
+        "{words}"
+    );
+    let other = Simulation::<_, _, CellScheduler>::with(
+        &scene(paddle),
+        carom_detection::BoundingCircles,
+        Impact,
+        Instructions::Widest,
+    );
+    let words = other.unwrap_err().to_string();
+    assert!(words.contains("walls that turn"), "{words}");
+}
+
+/// The place of a piston whose place has a period of 2 and falls by 1/8 in its first half.
+fn saw_tooth(time: f64) -> [f64; 2] {
+    let phase = time.rem_euclid(2.0);
+    if phase < 1.0 {
+        [-0.125 * phase, -0.125]
+    } else {
+        [-0.125 * (2.0 - phase), 0.125]
+    }
+}
+
+#[test]
+fn a_ball_and_a_wall_with_a_table_follow_the_recursion_of_their_contacts() {
+    let text = "[[wall]]\nx = 0.125\n[[wall]]\nx = 0.875\n\
+        motion = { times = [0.0, 1.0, 2.0], places = [[0.5, 0.0], [0.375, 0.0], [0.5, 0.0]], repeat = true }\n\
+        [[molecule]]\nshape = \"disc\"\natom_radius = 0.0625\natom_mass = 2.0\nat = [0.5, 0.5]\nvelocity = [0.7, 0.25]";
+    let mut simulation = Simulation::new(&scene(text)).unwrap();
+    let (mut time, mut place, mut velocity) = (0.0f64, 0.5f64, 0.7f64);
+    for contact in 0..24 {
+        assert!(simulation.step(1e9, &mut ()).unwrap());
+        if velocity < 0.0 {
+            time += (place - 0.1875) / -velocity;
+            (place, velocity) = (0.1875, -velocity);
+        } else {
+            // The first piece of the table in which the ball catches up with the piston.
+            let (mut start, from) = (time, place);
+            loop {
+                let end = start.floor() + 1.0;
+                let [shift, w] = saw_tooth(start);
+                let gap = 0.8125 + shift - (from + velocity * (start - time));
+                let after = gap / (velocity - w);
+                if after >= 0.0 && start + after <= end {
+                    place = from + velocity * (start + after - time);
+                    time = start + after;
+                    velocity = 2.0 * w - velocity;
+                    break;
+                }
+                start = end;
+            }
+        }
+        let view = simulation.view();
+        let motion = view.bodies().next().unwrap().motion;
+        let off = (motion.velocity.x - velocity).abs() + (motion.position.x - place).abs();
+        let late = (view.time().to_f64() - time).abs();
+        assert!(
+            off < 1e-10 && late < 1e-10,
+            "contact {contact}: {off:e}, {late:e}"
+        );
+    }
+    let (view, ledger) = (simulation.view(), simulation.view().ledger());
+    assert!((ledger.booked() - view.energy()).abs() < 1e-13);
+}
+
+#[test]
+fn a_table_ends_at_rest_and_is_resumed_to_the_bit() {
+    let text = "[box]\nseed = 4\n[elasticity]\ndefault = 0.9\n[[wall]]\nx = 0.0\n[[wall]]\nx = 0.9\n\
+        motion = { times = [0.0, 0.25, 0.5, 1.0], places = [[0.0, 0.0], [-0.125, 0.0], [-0.125, 0.0], [-0.25, 0.0]] }\n\
+        [[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 100\nregion.x = [0.0, 0.85]";
+    let mut simulation = Simulation::new(&scene(text)).unwrap();
+    let place = |simulation: &Simulation| {
+        let view = simulation.view();
+        let piston = view.bodies().find(|body| body.body.id() == 1).unwrap();
+        piston.motion.position.x
+    };
+    for (time, expected) in [
+        (0.125, 0.8375),
+        (0.25, 0.775),
+        (0.375, 0.775),
+        (0.75, 0.7125),
+    ] {
+        simulation.run_until(time).unwrap();
+        assert!((place(&simulation) - expected).abs() < 1e-14, "{time}");
+    }
+    let mut resumed = Simulation::resume(&simulation.end_epoch_here()).unwrap();
+    for one in [&mut simulation, &mut resumed] {
+        one.run_until(1.5).unwrap();
+        assert!((place(one) - 0.65).abs() < 1e-14);
+        let (energy, ledger) = (one.view().energy(), one.view().ledger());
+        assert!((ledger.booked() - energy).abs() < 1e-12);
+        assert!(ledger.work > 0.0 && ledger.lost > 0.0);
+    }
+    assert_eq!(simulation.view().ledger(), resumed.view().ledger());
+    for (a, b) in simulation.view().bodies().zip(resumed.view().bodies()) {
+        assert_eq!(a.motion, b.motion);
+    }
+}
+
+#[test]
+fn tables_out_of_range_are_refused_by_name() {
+    for (motion, word) in [
+        (
+            "times = [0.0, 1.0], places = [[0.0, 0.0]]",
+            "as many `places` as `times`",
+        ),
+        (
+            "times = [1.0, 2.0], places = [[0.0, 0.0], [0.1, 0.0]]",
+            "begin with 0",
+        ),
+        (
+            "times = [0.0, 0.0], places = [[0.0, 0.0], [0.1, 0.0]]",
+            "must ascend",
+        ),
+        (
+            "times = [0.0, 1.0], places = [[0.0, 0.0], [0.1, 0.0]], turn = 1.0",
+            "either",
+        ),
+        ("repeat = true", "at least two"),
+    ] {
+        let text = format!("[[wall]]\nx = 0.5\nmotion = {{ {motion} }}");
+        let words = Simulation::new(&scene(&text)).unwrap_err().to_string();
+        assert!(words.contains("wall[0]") && words.contains(word), "{words}");
+    }
+    let text = "box.drag = 0.1\n[[wall]]\nx = 0.5\n\
+        motion = { times = [0.0, 1.0, 2.0], places = [[0.0, 0.0], [0.0, 0.0], [0.1, 0.0]] }";
+    let words = Simulation::new(&scene(text)).unwrap_err().to_string();
+    assert!(words.contains("drag"), "{words}");
+}
