@@ -4,7 +4,7 @@
 use std::f64::consts::{PI, TAU};
 
 use carom::engine::{AtomSpec, Distribution, GasSpec, MoleculeSpec};
-use carom_geometry::MIN_ROUNDING;
+use carom_geometry::{MAX_ASPECT, MIN_ROUNDING};
 use libm::{cos, sin};
 
 use super::kinematics::BodyPair;
@@ -42,6 +42,38 @@ pub fn sided_gas(draw: &mut FuzzDraw, radius: f64) -> GasSpec {
         shape: Some(shape),
         size: Some(size.into()),
         rounding: if has_corners { rounding(draw) } else { None },
+        scale: draw
+            .happens(0.5)
+            .then(|| Distribution::Uniform([draw.between(0.3, 1.0), 1.0]).into()),
+        mass: Some(draw.scale(0.1, 10.0).into()),
+        ..GasSpec::default()
+    }
+}
+
+/// The ratio of the axes of a random ellipse: small, or rarely up to the largest.
+fn aspect(draw: &mut FuzzDraw) -> f64 {
+    let most = if draw.happens(0.1) { MAX_ASPECT } else { 20.0 };
+    if draw.happens(0.05) {
+        1.0 + draw.scale(1e-15, 1e-3)
+    } else {
+        draw.scale(1.0, most)
+    }
+}
+
+/// A random ellipse of about this radius (length), and of this mass.
+pub fn ellipse_body(draw: &mut FuzzDraw, radius: f64, mass: f64) -> MoleculeSpec {
+    MoleculeSpec {
+        shape: Some(format!("ellipse:{}", aspect(draw))),
+        size: Some(2.0 * radius),
+        ..of_mass(draw, radius, mass)
+    }
+}
+
+/// The keys of a gas of ellipses of about this radius (length); every second one is of drawn sizes.
+pub fn ellipse_gas(draw: &mut FuzzDraw, radius: f64) -> GasSpec {
+    GasSpec {
+        shape: Some(format!("ellipse:{}", aspect(draw))),
+        size: Some((2.0 * radius).into()),
         scale: draw
             .happens(0.5)
             .then(|| Distribution::Uniform([draw.between(0.3, 1.0), 1.0]).into()),
