@@ -140,7 +140,8 @@ fn size(scene: &Scene) -> f64 {
         .molecule
         .iter()
         .map(|molecule| {
-            let list = molecule.atoms.len().max(molecule.polygon.len());
+            let parts = molecule.atoms.len() + molecule.ellipses.len();
+            let list = parts.max(molecule.polygon.len());
             atoms(molecule.shape.as_ref(), list)
         })
         .sum();

@@ -647,6 +647,11 @@ fn scale_molecule(spec: &mut MoleculeSpec, length: f64, speed: f64, mass: f64) {
         atom.radius *= length;
         atom.mass *= mass;
     }
+    for ellipse in &mut spec.ellipses {
+        ellipse.at = ellipse.at.map(|x| x * length);
+        ellipse.axes = ellipse.axes.map(|axis| axis * length);
+        ellipse.mass *= mass;
+    }
 }
 
 fn scale_wall(spec: &mut WallSpec, length: f64) {
