@@ -1,8 +1,8 @@
 //! Time of one query, by kind of pair and detector: `cargo bench --bench detection`.
 //!
-//! Before the single times it prints two tables that do not depend on the machine: the time of the
-//! golden-secant detector relative to the exact one, and the growth of the time with the number of
-//! atoms.
+//! Before the single times it prints three tables that do not depend on the machine: the time of
+//! the golden-secant detector relative to the exact one, that of ellipses relative to tees, and the
+//! growth of the time with the number of atoms.
 
 use std::{hint::black_box, time::Instant};
 
@@ -202,6 +202,67 @@ fn ratios() {
     }
 }
 
+/// Encounters of two equal molecules of this bounding radius that turn and fly past each other at
+/// random impact parameters, of those that hit or miss; their bounding circles meet.
+fn of_equal(molecule: &Molecule, reach: f64, kind: Kind) -> Vec<Encounter> {
+    let mut share = 0.5f64;
+    let mut next = || {
+        share = (share * 997.13 + 0.3717) % 1.0;
+        share
+    };
+    let drawn = std::iter::repeat_with(|| {
+        let across = (2.0 * next() - 1.0) * 2.0 * reach;
+        let spins = [2.0 * next() - 1.0, 2.0 * next() - 1.0];
+        let motion = RelativeMotion {
+            orientation: [next(), next()].map(Orientation::from_turns),
+            angular_velocity: spins,
+            ..RelativeMotion::exactly(DVec2::new(15.0, across), DVec2::new(-1.0, 0.0))
+        };
+        Encounter {
+            molecules: [molecule.clone(), molecule.clone()],
+            motion,
+            horizon: 100.0,
+        }
+    });
+    let asked = drawn.filter(|encounter| {
+        let answer = EXACT(encounter);
+        let hit = answer.outcome.contact().is_some();
+        answer.evaluations > 0 && hit == (kind == Kind::Hit)
+    });
+    asked.take(300).collect()
+}
+
+/// Prints the time of ellipses, and of dumbbells, relative to that of tees with the same bounding
+/// circle, measured alternately.
+#[expect(clippy::print_stdout, reason = "prints a table")]
+fn ellipses() {
+    let tee = Molecule::named(Shape::Tee, 1.0, 1.0).unwrap();
+    let reach = tee.bounding_radius();
+    let ellipse = |ratio: f64| Molecule::ellipse([reach, reach / ratio], 1.0).unwrap();
+    let dumbbell = Molecule::named(Shape::Dumbbell, 0.5 * reach, 1.0).unwrap();
+    let bodies = [
+        ("tee", tee),
+        ("dumbbell", dumbbell),
+        ("ellipse:2", ellipse(2.0)),
+        ("ellipse:5", ellipse(5.0)),
+        ("ellipse:20", ellipse(20.0)),
+    ];
+    println!("time of a pair over that of two tees");
+    for kind in [Kind::Hit, Kind::Miss] {
+        let lists = bodies.each_ref().map(|(_, body)| of_equal(body, reach, kind));
+        let mut least = [f64::INFINITY; 5];
+        for _ in 0..200 {
+            for (least, list) in least.iter_mut().zip(&lists) {
+                *least = least.min(seconds(EXACT, list, 1));
+            }
+        }
+        for ((name, _), time) in bodies.iter().zip(least) {
+            let ratio = time / least[0];
+            println!("{name:>15} {kind:?}: {ratio:6.2}   {:6.0} ns", 1e9 * time);
+        }
+    }
+}
+
 /// Prints the growth of the time of the exact detector with the number of atoms of each molecule.
 #[expect(clippy::print_stdout, reason = "prints a table")]
 fn growth() {
@@ -229,6 +290,7 @@ fn main() {
     // `cargo test --benches` only checks that it runs.
     if std::env::args().any(|argument| argument == "--bench") {
         ratios();
+        ellipses();
         growth();
     }
     benches();

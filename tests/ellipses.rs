@@ -176,6 +176,62 @@ fn a_gas_of_ellipses_in_tiles_is_that_in_order_to_the_bit_and_shares_its_energy(
     );
 }
 
+/// Bodies of ellipses and a disc by a list share the energy over their degrees of freedom, and keep
+/// it.
+#[test]
+fn bodies_of_listed_ellipses_come_to_equipartition() {
+    let scene = Scene::from_toml(
+        r#"
+        [[gas]]
+        atoms = [{ at = [0.0, 0.0], radius = 0.01, mass = 2.0 }]
+        ellipses = [
+            { at = [0.02, 0.0], axes = [0.01, 0.004], mass = 1.0 },
+            { at = [-0.02, 0.0], axes = [0.004, 0.01], turn = 1.5707963267948966, mass = 1.0 },
+        ]
+        energy = 1.5
+        count = 150
+        [[gas]]
+        radius = 0.01
+        mass = 1.0
+        energy = 0.0
+        count = 150
+        "#,
+    )
+    .unwrap();
+    let mut simulation = Simulation::new(&scene).unwrap();
+    let energy = simulation.view().energy();
+    let first = simulation.view().bodies().next().unwrap();
+    let molecule = first.body.molecule();
+    // I = m r²/2 + 2 (m (a² + b²)/4 + m d²), A = π (r² + 2 a b).
+    let inertia = 2.0 * 5e-5 + 2.0 * (0.25 * (1e-4 + 1.6e-5) + 4e-4);
+    assert!((molecule.moment_of_inertia() / inertia - 1.0).abs() < 1e-12);
+    let area = std::f64::consts::PI * (1e-4 + 2.0 * 4e-5);
+    assert!((molecule.area() / area - 1.0).abs() < 1e-12);
+    let (mut moves, mut turns, mut discs) = (0.0, 0.0, 0.0);
+    let samples = 200;
+    for sample in 0..samples {
+        simulation.run_until(2.0 + 0.1 * f64::from(sample)).unwrap();
+        for body in simulation.view().bodies() {
+            let inertia = body.body.inertia();
+            let of_place = 0.5 * body.motion.velocity.length_squared() / inertia.inverse_mass;
+            if body.body.molecule().is_disc() {
+                discs += of_place;
+            } else {
+                moves += of_place;
+                turns += 0.5 * body.motion.angular_velocity.powi(2) / inertia.inverse_moment;
+            }
+        }
+    }
+    assert!((simulation.view().energy() / energy - 1.0).abs() < 1e-12);
+    assert_eq!(simulation.view().overlaps().pairs, 0);
+    // kT per degree of freedom is twice the mean; the energies of 150 bodies in 200 samples, some
+    // of them dependent, scatter by less than 1 %.
+    let all = (moves + turns + discs) / 5.0;
+    for (found, degrees) in [(moves, 2.0), (turns, 1.0), (discs, 2.0)] {
+        assert!((found / degrees / all - 1.0).abs() < 0.03, "{found} {all}");
+    }
+}
+
 #[test]
 fn a_detector_that_does_not_search_ellipses_is_refused() {
     let scene = Scene::from_toml(

@@ -181,7 +181,6 @@ pub(crate) trait GapFunction {
             let now = self.gap(&pose);
             search.evaluations += 1;
             *steps += 1;
-            let other_step = self.other_step(&pose);
             let step = if now.value > now.error {
                 if let Some(landing) = now.landing(now.error).filter(|&h| self.stays(&pose, h)) {
                     search
@@ -190,8 +189,11 @@ pub(crate) trait GapFunction {
                     return contact_within(time + landing, limit);
                 }
                 let step = now.step(*steps <= SHORT_STEPS);
+                let other_step = self.other_step(&pose);
                 if other_step > step { other_step } else { step }
-            } else if other_step > 0.0 {
+            } else if let other_step = self.other_step(&pose)
+                && other_step > 0.0
+            {
                 other_step
             } else if now.is_contact() {
                 let contact = time + self.last_correction(&pose, &now, now.error);

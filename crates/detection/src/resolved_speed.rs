@@ -2,13 +2,15 @@
 
 use carom_geometry::{Circle, Ellipse, Outline, Support};
 use carom_kinematics::RelativeMotion;
+use glam::DVec2;
 
 use crate::{
     EdgeErrorBound, ErrorBound, Part, Touch, arc_pair::rate_error_at_arc, flight::bounding_circle,
 };
 
 /// A bound on the rounding of the closing speed of two parts that touch at time 0 (length per
-/// time): E' of [`ErrorBound`] or [`EdgeErrorBound`].
+/// time): E' of [`ErrorBound`] or [`EdgeErrorBound`]. `normal` is the unit vector across which they
+/// touch, from A to B; it matters for ellipses, whose curvature differs from point to point.
 ///
 /// Parts that separate faster than this certainly separate. After a contact with a lower separation
 /// speed, another contact may follow at once, or none while the parts sink into each other. The
@@ -22,7 +24,8 @@ use crate::{
 ///
 /// let disc = Molecule::disc(0.5, 1.0)?;
 /// let pair = RelativeMotion::exactly(DVec2::X, DVec2::NEG_X);
-/// let resolved = resolved_speed(disc.outline(), disc.outline(), &pair, Touch::Atoms(0, 0));
+/// let outline = disc.outline();
+/// let resolved = resolved_speed(outline, outline, &pair, Touch::Atoms(0, 0), DVec2::X);
 /// assert!(resolved > 1e-16 && resolved < 1e-14);
 /// # Ok::<(), carom_geometry::GeometryError>(())
 /// ```
@@ -34,6 +37,7 @@ pub fn resolved_speed(
     b: Outline<'_>,
     motion: &RelativeMotion,
     touch: Touch,
+    normal: DVec2,
 ) -> f64 {
     let of_circles = |circles: [Circle; 2]| {
         let speed = motion.velocity.length();
@@ -53,7 +57,7 @@ pub fn resolved_speed(
         }
     };
     if !(a.ellipses().is_empty() && b.ellipses().is_empty()) {
-        return of_ellipses(a, b, motion, touch);
+        return of_ellipses(a, b, motion, touch, normal);
     }
     match touch {
         Touch::Atoms(i, j) => of_circles([
@@ -68,8 +72,19 @@ pub fn resolved_speed(
 
 /// E' of two parts of which one may be an ellipse: also of the turn of the direction in which they
 /// are nearest.
-fn of_ellipses(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, touch: Touch) -> f64 {
+fn of_ellipses(
+    a: Outline<'_>,
+    b: Outline<'_>,
+    motion: &RelativeMotion,
+    touch: Touch,
+    normal: DVec2,
+) -> f64 {
     let spins = motion.angular_velocity.map(f64::abs);
+    let touched = |body: usize, shape: &Ellipse| {
+        let outwards = if body == 0 { normal } else { -normal };
+        let DVec2 { x, y } = motion.orientation[body].cos_sin();
+        shape.at(DVec2::new(x, -y).rotate(outwards))
+    };
     let part = |outline: Outline<'_>, atom: u32| {
         let atom_of = &outline.atoms[atom as usize];
         let round = Ellipse::round(atom_of.radius());
@@ -93,7 +108,7 @@ fn of_ellipses(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, touch: T
             Part::BoundingCircle => (bounding_circle(outline), Ellipse::round(0.0)),
         };
         let error = EdgeErrorBound::new(motion, body, &circle, &other.edges()[edge as usize]);
-        let turning = (spins[0] + spins[1]) * shape.max_bend();
+        let turning = (spins[0] + spins[1]) * touched(body, &shape).bend().abs();
         error.of_rate(0.0) + 8.0 * f64::EPSILON * turning
     };
     match touch {
@@ -105,9 +120,9 @@ fn of_ellipses(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion, touch: T
             let speed = motion.velocity.length();
             let bound = ErrorBound::of_circles(motion, speed, motion.angular_velocity, &parts);
             let error = bound.at(0.0);
-            let least = |shape: &Ellipse| shape.axes()[1] * shape.axes()[1] / shape.axes()[0];
-            let stiffness = least(&shapes[0]) + least(&shapes[1]);
-            let bending = spins[0] * shapes[0].max_bend() + spins[1] * shapes[1].max_bend();
+            let points = [0, 1].map(|body| touched(body, &shapes[body]));
+            let stiffness = points[0].curvature_radius + points[1].curvature_radius;
+            let bending = spins[0] * points[0].bend().abs() + spins[1] * points[1].bend().abs();
             let fast = (bound.speed() + bending) / stiffness;
             bound.rate_terms(error)[0] + (8.0 * fast + spins[0] + spins[1]) * error
         }

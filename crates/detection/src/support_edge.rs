@@ -18,8 +18,6 @@
 //!    is off by at most δ = √(E/32 F), so that f' is off by δ times its greatest derivative. The
 //!    end lies in an atom, whose contact is found by itself.
 
-use std::cell::Cell;
-
 use carom_geometry::{Circle, Edge, EdgeTangents, Ellipse, FacingEdge, FacingParts, Support};
 use carom_kinematics::HALF_ULP as U;
 use glam::DVec2;
@@ -33,6 +31,7 @@ use crate::{
     search::{PairOutcome, Search},
     skim,
     strip::Strip,
+    support_pair::MIN_ORBIT,
     tolerance::FAST_ROTOR,
     trace::Recorder,
 };
@@ -56,8 +55,6 @@ pub(crate) struct SupportEdgePair<'a, P> {
     /// A bound on the sum of the magnitudes of all terms of f''.
     terms: f64,
     error: EdgeErrorBound,
-    /// The best direction so far.
-    normal: Cell<DVec2>,
 }
 
 /// The part and the edge at one time, and the tangents at which they are nearest.
@@ -115,7 +112,6 @@ impl<'a, P: Support> SupportEdgePair<'a, P> {
                 + fast * fast * (way + arm)
                 + apart * apart * (part.reach() + part.max_bend()),
             error,
-            normal: Cell::new(DVec2::ZERO),
         }
     }
 
@@ -167,7 +163,7 @@ impl<'a, P: Support> SupportEdgePair<'a, P> {
             rotations: self.rotations(&pose.at),
             d,
         };
-        let found = facing.farthest(pose.facing.normal, error);
+        let found = facing.across(pose.facing.normal);
         let gap = found.gap - error;
         if gap > 0.0 {
             let spin = self.spins[1];
@@ -193,7 +189,7 @@ impl<'a, P: Support> SupportEdgePair<'a, P> {
             rotations: [DVec2::X, self.rotations(&pose.at)[0]],
             d: pose.d,
         };
-        let found = facing.farthest(pose.facing.normal, error);
+        let found = facing.across(facing.towards());
         let gap = found.gap - error;
         if gap > 0.0 {
             let spin = self.spins[0];
@@ -220,12 +216,7 @@ impl<P: Support> GapFunction for SupportEdgePair<'_, P> {
             rotations: self.rotations(&at),
             d,
         };
-        let start = match self.normal.get() {
-            DVec2::ZERO => d.try_normalize().unwrap_or(DVec2::X),
-            normal => normal,
-        };
-        let facing = facing.farthest(start, self.error.at(time));
-        self.normal.set(facing.normal);
+        let facing = facing.farthest(self.error.at(time));
         SupportEdgePose { at, arm, d, facing }
     }
 
@@ -297,10 +288,10 @@ impl<P: Support> GapFunction for SupportEdgePair<'_, P> {
         let speed = self.flight.speed;
         let mut step: f64 = 0.0;
         let rim = spin * (self.arm + self.part.reach());
-        if rim > FAST_ROTOR * (speed + turn * self.edge.reach()) {
+        if rim > MIN_ORBIT * FAST_ROTOR * (speed + turn * self.edge.reach()) {
             step = step.max(self.step_of_orbiting_part(pose));
         }
-        if turn > 0.0 && turn * self.edge.reach() > FAST_ROTOR * (speed + rim) {
+        if turn > 0.0 && turn * self.edge.reach() > MIN_ORBIT * FAST_ROTOR * (speed + rim) {
             step = step.max(self.step_of_orbiting_edge(pose));
         }
         step

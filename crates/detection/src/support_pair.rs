@@ -29,7 +29,7 @@
 
 use std::cell::Cell;
 
-use carom_geometry::{Circle, Ellipse, FacingParts, FacingTangents, Support};
+use carom_geometry::{Circle, Ellipse, FacingParts, FacingTangents, Support, turned};
 use carom_kinematics::HALF_ULP as U;
 use glam::DVec2;
 
@@ -61,9 +61,29 @@ pub(crate) struct SupportPair<'a, A, B> {
     /// K₃ + |ω_A|³ H_A + |ω_B|³ H_B
     jerk: f64,
     error: ErrorBound,
-    /// The best direction so far.
-    normal: Cell<DVec2>,
+    /// The direction of the last pose, with its time and the rate at which it turns.
+    last: Cell<Option<LastDirection>>,
 }
+
+/// A direction in which the parts were nearest.
+#[derive(Clone, Copy)]
+struct LastDirection {
+    time: f64,
+    normal: DVec2,
+    /// Ω
+    turn: f64,
+}
+
+/// How much faster than a fast rotor a body is before the orbit of its part is tested. Smaller: the
+/// test costs more than the steps that it saves. Larger: more steps for fast rotors.
+pub(crate) const MIN_ORBIT: f64 = 2.0;
+
+/// The largest turn of a direction between two poses that is extrapolated (radians).
+const MAX_TURN: f64 = 0.5;
+
+/// The gap over the size of the bodies above which a search does without the best direction.
+/// Smaller: directions are found better than needed. Larger: searches do not land.
+const FAR: f64 = 1e-4;
 
 /// The parts at one time, and the tangents at which they are nearest.
 #[derive(Clone, Copy)]
@@ -101,7 +121,7 @@ impl<'a, A: Support, B: Support> SupportPair<'a, A, B> {
             largest: sum(&|n| spins[n] * spins[n] * (arms[n] + bends[n])),
             jerk: sum(&|n| spins[n] * spins[n] * spins[n] * (arms[n] + thirds[n])),
             error: ErrorBound::of_circles(flight.motion, flight.speed, flight.spin, &circles),
-            normal: Cell::new(DVec2::ZERO),
+            last: Cell::new(None),
         }
     }
 
@@ -116,13 +136,13 @@ impl<'a, A: Support, B: Support> SupportPair<'a, A, B> {
             rotations: [0, 1].map(|body| at.arm(body, DVec2::X)),
             d,
         };
-        let start = match self.normal.get() {
-            DVec2::ZERO => d.try_normalize().unwrap_or(DVec2::X),
-            normal => normal,
+        let start = match self.last.get() {
+            Some(last) if (last.turn * (at.time - last.time)).abs() < MAX_TURN => {
+                turned(last.normal, last.turn * (at.time - last.time))
+            }
+            _ => parts.towards(),
         };
-        let facing = parts.farthest(start, self.error.at(at.time));
-        self.normal.set(facing.normal);
-        facing
+        parts.farthest_beyond(start, self.error.at(at.time), FAR * self.reach())
     }
 
     /// Bounds on the errors of h'' and of the rotated arms, by their sums over the bodies: of a and
@@ -175,7 +195,6 @@ impl<'a, A: Support, B: Support> SupportPair<'a, A, B> {
         let arm = pose.arms[other];
         let d = sign * pose.at.separation + arm;
         let circle = Ellipse::round(self.reaches[body]);
-        let start = sign * pose.facing.normal;
         let error = self.error.at(pose.at.time);
         let spin = self.flight.spin[other];
         let (rotations, normal_gap) = ([DVec2::X, rotation], |found: FacingTangents| {
@@ -185,10 +204,12 @@ impl<'a, A: Support, B: Support> SupportPair<'a, A, B> {
         });
         let (gap, rate) = if other == 1 {
             let (a, b) = (&circle, self.b);
-            normal_gap(FacingParts { a, b, rotations, d }.farthest(start, error))
+            let parts = FacingParts { a, b, rotations, d };
+            normal_gap(parts.across(parts.towards()))
         } else {
             let (a, b) = (&circle, self.a);
-            normal_gap(FacingParts { a, b, rotations, d }.farthest(start, error))
+            let parts = FacingParts { a, b, rotations, d };
+            normal_gap(parts.across(parts.towards()))
         };
         if gap > 0.0 {
             let rate_error = self.error.rate_terms(error)[0];
@@ -232,6 +253,11 @@ impl<A: Support, B: Support> GapFunction for SupportPair<'_, A, B> {
         let a = normal.dot(acceleration) - sum(&|n| spins[n] * spins[n] * bends[n]);
         let stiffness = pose.facing.stiffness();
         let (p, turn) = self.best_turn(pose);
+        self.last.set(Some(LastDirection {
+            time: pose.at.time,
+            normal,
+            turn,
+        }));
         let fast = turn.abs();
         let second = a + turn * (2.0 * p - turn * stiffness);
         let second_error = a_error
@@ -281,7 +307,7 @@ impl<A: Support, B: Support> GapFunction for SupportPair<'_, A, B> {
         let mut longest: f64 = 0.0;
         for body in 0..2 {
             let spin = self.flight.spin[body].abs();
-            if spin * self.reaches[body] > FAST_ROTOR * self.flight.speed {
+            if spin * self.reaches[body] > MIN_ORBIT * FAST_ROTOR * self.flight.speed {
                 longest = longest.max(self.orbit_step_of(pose, body));
             }
         }

@@ -71,6 +71,7 @@ pub use scene::atom_spec::AtomSpec;
 pub use scene::container_spec::{CircleSpec, ContainerSpec, MushroomSpec, StadiumSpec};
 pub use scene::distribution::{Distribution, Quantity};
 pub use scene::elasticity_spec::{ElasticityRule, ElasticitySpec, Restitution};
+pub use scene::ellipse_spec::EllipseSpec;
 pub use scene::error::{EditError, GridError, RunError, SceneError, StallCause};
 pub use scene::gas_spec::{GasSpec, StartVelocities};
 pub use scene::kick_momentum::KickMomentum;

@@ -53,8 +53,9 @@ pub struct NamedMolecule {
 }
 
 /// The keys of a `[[molecule]]` that describe it; only a file of one molecule has them at the top.
-const KEYS: [&str; 12] = [
+const KEYS: [&str; 13] = [
     "atoms",
+    "ellipses",
     "shape",
     "atom_radius",
     "atom_mass",
@@ -312,6 +313,9 @@ impl MoleculeArgument {
         if let Some(mass) = self.mass {
             let factor = mass / molecule.mass();
             spec.atoms.iter_mut().for_each(|atom| atom.mass *= factor);
+            spec.ellipses
+                .iter_mut()
+                .for_each(|ellipse| ellipse.mass *= factor);
             for given in [&mut spec.atom_mass, &mut spec.mass, &mut spec.density] {
                 *given = given.map(|value| value * factor);
             }

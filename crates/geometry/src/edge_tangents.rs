@@ -63,9 +63,9 @@ impl<A: Support> FacingEdge<'_, A> {
         }
     }
 
-    /// The tangents whose distance is the gap, less a small share of `error` (length), from a
-    /// direction near to theirs; of parts that overlap, some tangents that overlap.
-    pub fn farthest(&self, start: DVec2, error: f64) -> EdgeTangents {
+    /// The tangents whose distance is the gap, less a small share of `error` (length); of parts that
+    /// overlap, some tangents that overlap.
+    pub fn farthest(&self, error: f64) -> EdgeTangents {
         let beside = self.beside();
         if beside.is_beside && beside.gap > error {
             return beside;
@@ -73,7 +73,7 @@ impl<A: Support> FacingEdge<'_, A> {
         if self.edge.half_length() == f64::INFINITY {
             return beside;
         }
-        let ends = [-1.0, 1.0].map(|side| self.beyond(side, start, error));
+        let ends = [-1.0, 1.0].map(|side| self.beyond(side, error));
         let mut best = beside;
         for end in ends {
             if end.gap > best.gap || !best.is_beside && end.gap == best.gap {
@@ -108,7 +108,7 @@ impl<A: Support> FacingEdge<'_, A> {
     }
 
     /// The tangents of the part and of the round end on one side.
-    fn beyond(&self, side: f64, start: DVec2, error: f64) -> EdgeTangents {
+    fn beyond(&self, side: f64, error: f64) -> EdgeTangents {
         let end = self.edge.middle() + side * self.edge.half_length() * self.edge.along();
         let disc = Ellipse::round(self.edge.radius());
         let parts = FacingParts {
@@ -117,7 +117,7 @@ impl<A: Support> FacingEdge<'_, A> {
             rotations: [DVec2::X, self.rotations[0]],
             d: self.d - self.rotations[1].rotate(end),
         };
-        let found = parts.farthest(start, error);
+        let found = parts.farthest(error);
         self.across(found.normal)
     }
 }
@@ -140,7 +140,7 @@ mod tests {
             let part = Ellipse::new([b * 10f64.powf(stretch), b], DVec2::X).unwrap();
             let (d, rotations) = (DVec2::new(x, y), turns.map(DVec2::from_angle));
             let facing = FacingEdge { part: &part, edge, rotations, d };
-            let found = facing.farthest(d.normalize(), 1e-14);
+            let found = facing.farthest(1e-14);
             let to_wall = DVec2::new(rotations[1].x, -rotations[1].y);
             let distance = |point: DVec2| {
                 edge.nearest(to_wall.rotate(d + rotations[0].rotate(point))).distance - radius

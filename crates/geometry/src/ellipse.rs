@@ -47,6 +47,7 @@ impl Ellipse {
     }
 
     /// A disc of this radius (length, may be 0).
+    #[inline]
     pub fn round(radius: f64) -> Self {
         Self {
             axes: [radius; 2],
@@ -93,6 +94,17 @@ impl Ellipse {
             }
         }
         std::f64::consts::TAU * (a * a - sum) / x
+    }
+
+    /// The entries xx, xy and yy of the matrix M of h² = n·M n (length²), of the ellipse turned by
+    /// `rotation`.
+    #[inline]
+    pub(crate) fn matrix(&self, rotation: DVec2) -> [f64; 3] {
+        let [a, b] = self.axes;
+        let along = rotation.rotate(self.along);
+        let (across, more) = (b * b, (a - b) * (a + b));
+        let DVec2 { x, y } = along;
+        [across + more * x * x, more * x * y, across + more * y * y]
     }
 
     /// This ellipse with all lengths multiplied by `scale`.
@@ -155,6 +167,7 @@ impl Support for Ellipse {
         }
     }
 
+    #[inline]
     fn reach(&self) -> f64 {
         self.axes[0]
     }
@@ -180,6 +193,11 @@ impl Support for Ellipse {
         let h = (a * a * squared + b * b * s * s).sqrt();
         let tip = a * b / h;
         (3.0 * delta * tip * tip * (c * s) / (h * h * h) + (a - b)) * (1.0 + 1e-12)
+    }
+
+    #[inline]
+    fn about(&self) -> Ellipse {
+        *self
     }
 
     /// At equal eccentric angles: the flat sides have most of the boundary.
@@ -246,7 +264,7 @@ mod tests {
         ) {
             let (d, turned) = (DVec2::new(x, y), DVec2::from_angle(turn));
             let parts = FacingParts { a: &one, b: &other, rotations: [DVec2::X, turned], d };
-            let found = parts.farthest(d.normalize(), 1e-14);
+            let found = parts.farthest(1e-14);
             prop_assume!(found.gap > 0.05);
             let points = |ellipse: &Ellipse| ellipse.points(2000).collect::<Vec<_>>();
             let (of_a, of_b) = (points(&one), points(&other));
@@ -262,7 +280,7 @@ mod tests {
             // The point of the other is given in the frame of the box.
             let disc = Ellipse::round(0.0 );
             let nearest = FacingParts { a: &disc, b: &other, rotations: [DVec2::X, turned], d: d - p };
-            let again = nearest.farthest(found.normal, 1e-14);
+            let again = nearest.farthest(1e-14);
             prop_assert!((again.gap - found.gap).abs() < 1e-6 * (1.0 + least));
         }
 
@@ -286,7 +304,7 @@ mod tests {
             rotations: [DVec2::X; 2],
             d: DVec2::new(1e-3, 0.0),
         };
-        let found = parts.farthest(DVec2::X, 1e-15);
+        let found = parts.farthest(1e-15);
         assert!((found.gap + 0.75).abs() < 1e-5, "{found:?}");
     }
 

@@ -29,7 +29,8 @@ pub enum GeometryError {
     AspectRatio(f64),
     /// Two ellipses of one molecule that overlap.
     #[error(
-        "ellipses {first} and {second} of the molecule overlap by {depth:?}: they may touch, but not overlap"
+        "parts {first} and {second} of a molecule with ellipses overlap by {depth:?}: they may touch, but not \
+         overlap, because the area of their union is not known; move them apart"
     )]
     EllipsesOverlap {
         /// Index of the first ellipse.

@@ -108,7 +108,7 @@ pub fn atom_tangents(
         rotations,
         d,
     };
-    parts.farthest(towards(d), rounding(d, &one, &other))
+    parts.farthest(rounding(d, &one, &other))
 }
 
 /// The tangents of an edge and an atom of another body, which may be an ellipse, where they are
@@ -129,12 +129,7 @@ pub fn edge_tangents(
         rotations,
         d,
     };
-    facing.farthest(towards(d), rounding(d, &part, &part))
-}
-
-/// A unit vector along d; any for d = 0.
-fn towards(d: DVec2) -> DVec2 {
-    d.try_normalize().unwrap_or(DVec2::X)
+    facing.farthest(rounding(d, &part, &part))
 }
 
 /// The rounding of a gap at this distance (length).

@@ -67,7 +67,7 @@ pub use outline::Outline;
 pub use periodic_box::PeriodicBox;
 pub use room::{Scaled, room};
 pub use shape::Shape;
-pub use support::{FacingParts, FacingTangents, Support, SupportPoint};
+pub use support::{FacingParts, FacingTangents, Support, SupportPoint, turned};
 
 // Parts that the other layers share; no user of the library needs them.
 #[doc(hidden)]

@@ -825,7 +825,7 @@ fn refuse_overlapping(atoms: &[Atom], ellipses: &[Ellipse]) -> Result<(), Geomet
                 d: atoms[second].offset() - atoms[first].offset(),
             };
             let size = atoms[first].radius() + atoms[second].radius();
-            let found = parts.farthest(parts.d.normalize(), f64::EPSILON * size);
+            let found = parts.farthest(f64::EPSILON * size);
             if found.gap < -MAX_OVERLAP * size {
                 let depth = -found.gap;
                 return Err(GeometryError::EllipsesOverlap {

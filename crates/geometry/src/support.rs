@@ -19,6 +19,8 @@
 
 use glam::DVec2;
 
+use crate::Ellipse;
+
 /// A convex part of a body by its support function, in the frame of its body and about the centre
 /// of the part.
 ///
@@ -55,6 +57,13 @@ pub trait Support {
 
     /// An upper bound on |h'''| (length).
     fn max_third(&self) -> f64;
+
+    /// An ellipse of about this shape, about the centre of the part: the search for the direction in
+    /// which two parts are nearest starts at that of their ellipses. Default: the circle of
+    /// [`Self::reach`].
+    fn about(&self) -> Ellipse {
+        Ellipse::round(self.reach())
+    }
 
     /// A direction for each share from 0 to 1 of the boundary, so that a few of equal distance come
     /// near to every normal with its weight in the boundary. Default: equal angles.
@@ -128,14 +137,40 @@ const SCANNED: u32 = 32;
 /// How far below the gap a direction may be, as a share of the error of the gap.
 const SHARE: f64 = 1.0 / 64.0;
 
+/// How far below the gap a direction may be where the parts are far apart, as a share of the gap.
+/// Smaller: more steps of Newton's method. Larger: the bound on the rate of the gap is wider, and
+/// the steps of a search are shorter.
+const SHARE_OF_GAP: f64 = 1e-2;
+
 /// Parts whose gap is at most this many errors of it touch.
 const TOUCHING: f64 = 64.0;
 
 /// Most steps of Newton's method in which the gap no longer grows beyond rounding.
 const MAX_POLISHINGS: u32 = 4;
 
+/// A unit vector turned counter-clockwise by the angle with this tangent.
+///
+/// ```
+/// use carom_geometry::turned;
+/// use glam::DVec2;
+///
+/// let diagonal = turned(DVec2::X, 1.0);
+/// assert!((diagonal - DVec2::splat(0.5f64.sqrt())).length() < 1e-15);
+/// ```
+#[inline]
+pub fn turned(unit: DVec2, tangent: f64) -> DVec2 {
+    let vector = unit + tangent * unit.perp();
+    let squared = tangent * tangent;
+    if squared < 1e-4 {
+        // The series of 1/√(1 + t²), of which the next term is below 10⁻¹⁶.
+        return vector * (1.0 - squared * (0.5 - squared * (0.375 - squared * 0.3125)));
+    }
+    vector * (1.0 / (vector.x * vector.x + vector.y * vector.y).sqrt())
+}
+
 impl FacingTangents {
     /// F = −f_φφ (length).
+    #[inline]
     pub fn stiffness(&self) -> f64 {
         self.gap + (self.points[0].curvature_radius + self.points[1].curvature_radius)
     }
@@ -143,6 +178,7 @@ impl FacingTangents {
 
 impl<A: Support, B: Support> FacingParts<'_, A, B> {
     /// The tangents across a unit vector.
+    #[inline]
     pub fn across(&self, normal: DVec2) -> FacingTangents {
         let back = |rotation: DVec2| DVec2::new(rotation.x, -rotation.y);
         let [to_a, to_b] = self.rotations.map(back);
@@ -158,11 +194,40 @@ impl<A: Support, B: Support> FacingParts<'_, A, B> {
         }
     }
 
+    /// A direction near to that in which the parts are nearest, from which to search it: for two
+    /// ellipses with the matrices M of h² = n·M n, that of (M_A + M_B)⁻¹ d. It is the best one of
+    /// parallel ellipses of one shape.
+    #[inline]
+    pub fn towards(&self) -> DVec2 {
+        let matrices = [self.a.about(), self.b.about()]
+            .into_iter()
+            .zip(self.rotations)
+            .map(|(ellipse, rotation)| ellipse.matrix(rotation));
+        let [xx, xy, yy] = matrices.fold([0.0; 3], |[xx, xy, yy], m| {
+            [xx + m[0], xy + m[1], yy + m[2]]
+        });
+        let DVec2 { x, y } = self.d;
+        let direction = DVec2::new(yy * x - xy * y, xx * y - xy * x);
+        let inverse = 1.0 / (direction.x * direction.x + direction.y * direction.y).sqrt();
+        if inverse.is_finite() && inverse > 0.0 {
+            direction * inverse
+        } else {
+            DVec2::X
+        }
+    }
+
     /// The tangents whose distance is the gap between the parts, less a small share of `error`
-    /// (length), from a direction near to theirs. If the parts overlap, the tangents of the
-    /// direction in which they overlap least.
-    pub fn farthest(&self, start: DVec2, error: f64) -> FacingTangents {
-        let found = self.climb(self.across(start), error);
+    /// (length). If the parts overlap, the tangents of the direction in which they overlap least.
+    pub fn farthest(&self, error: f64) -> FacingTangents {
+        self.polished(self.farthest_beyond(self.towards(), error, f64::INFINITY))
+    }
+
+    /// Tangents whose distance is near to the gap between the parts, from a direction near to
+    /// theirs. Where the parts are at most `far` (length) apart it is less than the gap by a small
+    /// share of `error` (length), else by up to a hundredth of the gap, which takes fewer steps. If
+    /// the parts overlap, the tangents of the direction in which they overlap least.
+    pub fn farthest_beyond(&self, start: DVec2, error: f64, far: f64) -> FacingTangents {
+        let found = self.climb(self.across(start), error, far);
         if found.gap >= -error {
             return found;
         }
@@ -178,15 +243,19 @@ impl<A: Support, B: Support> FacingParts<'_, A, B> {
                 }
             }
         }
-        self.climb(best, error)
+        self.climb(best, error, far)
     }
 
     /// The nearest local maximum of f, by Newton's method with steps that are halved where f falls.
-    fn climb(&self, start: FacingTangents, error: f64) -> FacingTangents {
+    fn climb(&self, start: FacingTangents, error: f64, far: f64) -> FacingTangents {
         let mut here = start;
         for _ in 0..MAX_ROUNDS {
             let stiffness = here.stiffness();
-            let is_near = here.slope * here.slope <= 2.0 * SHARE * error * stiffness;
+            let mut loss = SHARE * error;
+            if here.gap > far {
+                loss += SHARE_OF_GAP * here.gap;
+            }
+            let is_near = here.slope * here.slope <= 2.0 * loss * stiffness;
             if is_near || here.slope.is_nan() {
                 break;
             }
@@ -207,15 +276,15 @@ impl<A: Support, B: Support> FacingParts<'_, A, B> {
         }
     }
 
-    /// The direction of parts that touch, in which f_φ is 0 to rounding: the rate of the gap, which
-    /// decides whether they close, is then that of the best direction.
+    /// The direction in which f_φ is 0 to rounding. The rate of the gap, which decides whether parts
+    /// that touch close, and the point of contact are then those of the best direction.
     fn polished(&self, mut here: FacingTangents) -> FacingTangents {
         for _ in 0..MAX_POLISHINGS {
             let turn = here.slope / here.stiffness();
             if turn.abs() > MAX_TURN || turn.is_nan() {
                 break;
             }
-            let next = self.across((here.normal + turn * here.normal.perp()).normalize());
+            let next = self.across(turned(here.normal, turn));
             if next.slope.abs() >= here.slope.abs() {
                 break;
             }
@@ -226,8 +295,7 @@ impl<A: Support, B: Support> FacingParts<'_, A, B> {
 
     fn higher(&self, here: &FacingTangents, mut turn: f64) -> Option<FacingTangents> {
         for _ in 0..MAX_HALVINGS {
-            let turned = (here.normal + turn * here.normal.perp()).normalize();
-            let next = self.across(turned);
+            let next = self.across(turned(here.normal, turn));
             if next.gap > here.gap {
                 return Some(next);
             }

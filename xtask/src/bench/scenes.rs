@@ -41,6 +41,8 @@ pub fn all() -> Vec<(&'static str, Build)> {
     scenes.push(("rod-50", Box::new(rod)));
     scenes.push(("dumbbells-0.26", Box::new(|| gas_only(dumbbells(0.26)))));
     scenes.push(("dumbbells-0.4", Box::new(|| gas_only(dumbbells(0.4)))));
+    scenes.push(("dumbbells-0.3-2000", Box::new(|| LargeGas::Dumbbells.scene(2000, 0.3))));
+    scenes.push(("ellipses-0.3-2000", Box::new(|| gas_only(ellipses(2000, 0.3)))));
     scenes.push(("one-big-disc", Box::new(one_big_disc)));
     scenes.push((
         "one-big-disc-without",
@@ -226,6 +228,20 @@ fn dumbbells(area_fraction: f64) -> GasSpec {
         0.5,
         1000,
     )
+}
+
+/// Ellipses with axes of ratio 2.
+fn ellipses(count: usize, area_fraction: f64) -> GasSpec {
+    // The longer axis is twice the shorter one, so that the area is π size²/8.
+    let size = (8.0 * area_fraction / (PI * count as f64)).sqrt();
+    GasSpec {
+        shape: Some("ellipse:2".to_owned()),
+        size: Some(size.into()),
+        mass: Some(1.0.into()),
+        energy: 1.5,
+        count: Some(count),
+        ..GasSpec::default()
+    }
 }
 
 fn one_big_disc() -> Scene {

@@ -90,7 +90,7 @@ pub(crate) fn missing_impulse(
         // all cases.
         relative.separation_error = relative.separation_error.max(separation_error);
         let [a, b] = bodies.map(|body| body.kind.molecule.outline());
-        let resolved = resolved_speed(a, b, &relative, Touch::from(parts));
+        let resolved = resolved_speed(a, b, &relative, Touch::from(parts), frame.normal());
         let rim =
             |n: usize| before[n].angular_velocity.abs() * bodies[n].kind.molecule.bounding_radius();
         let speed = relative.velocity.length() + (rim(0) + rim(1));
@@ -206,7 +206,7 @@ struct Group {
     is_disc: bool,
 }
 
-/// The two bodies with the smallest atoms of each group: radius (length) and index.
+/// The two bodies with the smallest radii of curvature of each group (length), and their indices.
 fn smallest_of_groups(world: &World, table: &ElasticityTable) -> Vec<(Group, Vec<(f64, usize)>)> {
     let mut groups: BTreeMap<Group, Vec<(f64, usize)>> = BTreeMap::new();
     for (index, body) in world.bodies.iter().enumerate() {
@@ -217,7 +217,7 @@ fn smallest_of_groups(world: &World, table: &ElasticityTable) -> Vec<(Group, Vec
             is_disc,
         };
         let smallest = groups.entry(group).or_default();
-        let radius = body.smallest_atom();
+        let radius = body.sharpest_curvature();
         let place = smallest.partition_point(|&(other, _)| other <= radius);
         if place < 2 {
             smallest.insert(place, (radius, index));

@@ -8,6 +8,7 @@ use crate::{
     scene::{
         atom_spec::AtomSpec,
         distribution::Quantity,
+        ellipse_spec::EllipseSpec,
         error::SceneError,
         is_false,
         region::Region,
@@ -54,13 +55,17 @@ pub(crate) const TWO_MASSES: &str = "give either `mass` or `atom_mass`, not both
 pub struct GasSpec {
     /// Tags of the molecules.
     pub tags: Vec<String>,
-    /// A shape by name, as for a single molecule; `disc` if none of this, `atoms` and `polygon` is
-    /// given.
+    /// A shape by name, as for a single molecule; `disc` if none of this, `atoms`, `ellipses` and
+    /// `polygon` is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<String>,
     /// The list of atoms. Excludes `shape` and `polygon`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub atoms: Vec<AtomSpec>,
+    /// The list of ellipses, after the `atoms` if both are given. No two parts may overlap. Excludes
+    /// `shape`, `polygon` and `edges`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub ellipses: Vec<EllipseSpec>,
     /// Pairs of atoms of the list with a straight edge between them, as indices from 0. Only with
     /// `atoms`.
     #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "pairs")]
@@ -75,7 +80,7 @@ pub struct GasSpec {
     #[serde(skip_serializing_if = "is_false")]
     pub hollow: bool,
     /// Corners of a polygon, convex or not, whose sides do not cross (length), in any frame.
-    /// Excludes `shape` and `atoms`.
+    /// Excludes `shape`, `atoms` and `ellipses`.
     #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "vectors")]
     pub polygon: Vec<[f64; 2]>,
     /// Radius of the corners of a polygon over its size, which is `size`, or the largest distance

@@ -8,6 +8,7 @@ pub(crate) mod container_spec;
 pub(crate) mod distribution;
 pub(crate) mod drag;
 pub(crate) mod elasticity_spec;
+pub(crate) mod ellipse_spec;
 pub(crate) mod error;
 pub(crate) mod expressions;
 pub(crate) mod gas_spec;
@@ -40,6 +41,7 @@ use crate::{
         atom_spec::AtomSpec,
         container_spec::ContainerSpec,
         elasticity_spec::ElasticitySpec,
+        ellipse_spec::EllipseSpec,
         gas_spec::{GasSpec, serialize_gases},
         measure_from::MeasureFrom,
         measure_spec::MeasureSpec,
@@ -151,12 +153,16 @@ pub struct MoleculeSpec {
     pub tags: Vec<String>,
     /// A shape by name: `disc`, `dumbbell`, `rod:N`, `cross`, `tee`, `ring:N` of equal atoms, or
     /// `capsule:L`, `square`, `rectangle:A`, `triangle`, `polygon:N`, `kite:A,B`, `ellipse:K` of a
-    /// `size`. One of this, `atoms` and `polygon`.
+    /// `size`. One of this, `polygon`, and `atoms` or `ellipses`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shape: Option<String>,
     /// The list of atoms. Excludes `shape` and `polygon`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub atoms: Vec<AtomSpec>,
+    /// The list of ellipses, after the `atoms` if both are given. No two parts may overlap. Excludes
+    /// `shape`, `polygon` and `edges`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub ellipses: Vec<EllipseSpec>,
     /// Pairs of atoms of the list with a straight edge between them, as indices from 0. Only with
     /// `atoms`.
     #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "pairs")]
@@ -171,7 +177,7 @@ pub struct MoleculeSpec {
     #[serde(skip_serializing_if = "is_false")]
     pub hollow: bool,
     /// Corners of a polygon, convex or not, whose sides do not cross (length), in any frame.
-    /// Excludes `shape` and `atoms`.
+    /// Excludes `shape`, `atoms` and `ellipses`.
     #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "vectors")]
     pub polygon: Vec<[f64; 2]>,
     /// Radius of the corners of a polygon over its size, which is `size`, or the largest distance

@@ -68,6 +68,11 @@ pub(crate) fn vector<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64;
     TwoNumbers("[x, y]").deserialize(deserializer)
 }
 
+/// Reads the semi-axes `[a, b]` of an ellipse.
+pub(crate) fn axes<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 2], D::Error> {
+    TwoNumbers("[a, b]").deserialize(deserializer)
+}
+
 /// Reads a list of places `[[x, y], …]`.
 pub(crate) fn vectors<'de, D: Deserializer<'de>>(
     deserializer: D,
@@ -151,13 +156,17 @@ mod tests {
     use crate::scene::Scene;
 
     /// The scene with one list in each place where two numbers stand, and the line of that list.
-    const SCENES: [(&str, &str); 14] = [
+    const SCENES: [(&str, &str); 15] = [
         ("[box]\nsides = LIST\n", "[x, y]"),
         ("[[molecule]]\nshape = \"disc\"\nat = LIST\n", "[x, y]"),
         ("[[molecule]]\nat = [0, 0]\nvelocity = LIST\n", "[x, y]"),
         (
             "[[molecule]]\nat = [0, 0]\natoms = [{ at = LIST, radius = 0.1, mass = 1 }]\n",
             "[x, y]",
+        ),
+        (
+            "[[molecule]]\nat = [0, 0]\nellipses = [{ at = [0, 0], axes = LIST, mass = 1 }]\n",
+            "[a, b]",
         ),
         ("[[molecule]]\nat = [0, 0]\npolygon = [LIST]\n", "[x, y]"),
         ("[[gas]]\nenergy = 1\npolygon = [LIST]\n", "[x, y]"),

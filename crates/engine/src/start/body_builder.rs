@@ -89,13 +89,15 @@ pub(crate) fn check_keys(template: &Template, given: GivenKeys) -> Result<(), St
                 (true, true, _) => Ok(()),
             }
         }
-        Template::Listed { .. } if given.size || given.radius || given.atom_mass || of_body => {
+        Template::Listed { .. } | Template::Ellipses(_)
+            if given.size || given.radius || given.atom_mass || of_body =>
+        {
             refused(
-                "`size`, radii and masses go with a named `shape`; a list of atoms has a `scale`, in a gas, and a \
-                 `density`",
+                "`size`, radii and masses go with a named `shape`; a list of atoms or ellipses has a `scale`, in a \
+                 gas, and a `density`",
             )
         }
-        Template::Listed { .. } => Ok(()),
+        Template::Listed { .. } | Template::Ellipses(_) => Ok(()),
         Template::Edged { .. } | Template::Polygon { .. } if given.radius || given.atom_mass => {
             refused("a shape with sides has `size` and `mass` in place of those of atoms")
         }
@@ -134,7 +136,7 @@ pub(crate) fn template(
 }
 
 impl MoleculeSpec {
-    /// The molecule that `shape`, `atoms` or `polygon` describe; `entry` names this table in
+    /// The molecule that `shape`, `atoms`, `ellipses` or `polygon` describe; `entry` names this table in
     /// errors.
     ///
     /// ```

@@ -96,6 +96,7 @@ fn given_keys(spec: &GasSpec) -> GivenKeys {
         mass_in_gas: spec.mass.is_some()
             || (spec.fixed
                 && spec.atoms.is_empty()
+                && spec.ellipses.is_empty()
                 && spec.atom_mass.is_none()
                 && spec.density.is_none()),
         density: spec.density.is_some(),

@@ -1,18 +1,21 @@
 //! The shape that the keys of a molecule or of a gas describe, before its size and mass are given.
 
 use carom_geometry::{
-    Atom, DEFAULT_ROUNDING, EdgedShape, GeometryError, Interior, Molecule, Shape,
+    Atom, DEFAULT_ROUNDING, EdgedShape, Ellipse, GeometryError, Interior, Molecule, Shape,
     check_corner_count,
 };
 use glam::DVec2;
 
-use crate::scene::{MoleculeSpec, atom_spec::AtomSpec, gas_spec::GasSpec};
+use crate::scene::{
+    MoleculeSpec, atom_spec::AtomSpec, ellipse_spec::EllipseSpec, gas_spec::GasSpec,
+};
 
 /// The keys of a shape that a molecule and a gas have in common.
 #[derive(Clone, Copy)]
 pub(crate) struct ShapeKeys<'a> {
     pub shape: Option<&'a str>,
     pub atoms: &'a [AtomSpec],
+    pub ellipses: &'a [EllipseSpec],
     pub edges: &'a [[u32; 2]],
     pub edge_radius: Option<f64>,
     pub hollow: bool,
@@ -25,6 +28,7 @@ impl<'a> From<&'a MoleculeSpec> for ShapeKeys<'a> {
         Self {
             shape: spec.shape.as_deref(),
             atoms: &spec.atoms,
+            ellipses: &spec.ellipses,
             edges: &spec.edges,
             edge_radius: spec.edge_radius,
             hollow: spec.hollow,
@@ -37,10 +41,12 @@ impl<'a> From<&'a MoleculeSpec> for ShapeKeys<'a> {
 /// A gas without any description of its molecules is one of discs.
 impl<'a> From<&'a GasSpec> for ShapeKeys<'a> {
     fn from(spec: &'a GasSpec) -> Self {
-        let is_undescribed = spec.atoms.is_empty() && spec.polygon.is_empty();
+        let is_listed = !(spec.atoms.is_empty() && spec.ellipses.is_empty());
+        let is_undescribed = !is_listed && spec.polygon.is_empty();
         Self {
             shape: spec.shape.as_deref().or(is_undescribed.then_some("disc")),
             atoms: &spec.atoms,
+            ellipses: &spec.ellipses,
             edges: &spec.edges,
             edge_radius: spec.edge_radius,
             hollow: spec.hollow,
@@ -65,6 +71,9 @@ pub(crate) enum Template {
         edges: Vec<([u32; 2], f64)>,
         interior: Interior,
     },
+    /// Own ellipses at scale 1, with discs as ellipses of equal axes: the place, the shape and the
+    /// mass of each; the mass is a factor.
+    Ellipses(Vec<(DVec2, Ellipse, f64)>),
 }
 
 /// Why keys describe no shape.
@@ -88,11 +97,21 @@ impl Template {
     /// The shape that the keys describe.
     pub fn new(given: ShapeKeys<'_>) -> Result<Self, Refusal> {
         let is_listed = !given.atoms.is_empty();
+        let of_ellipses = !given.ellipses.is_empty();
         if given.shape.is_some() && is_listed {
             return Err(keys("give `shape` or `atoms`, not both"));
         }
         if !given.polygon.is_empty() && (given.shape.is_some() || is_listed) {
             return Err(keys("give one of `shape`, `atoms` and `polygon`"));
+        }
+        if of_ellipses && (given.shape.is_some() || !given.polygon.is_empty()) {
+            return Err(keys("give one of `shape`, `ellipses` and `polygon`"));
+        }
+        if of_ellipses && !given.edges.is_empty() {
+            return Err(keys(
+                "`edges` do not go with `ellipses`, because the area of a body of both is not known: describe the \
+                 ellipses as a body of their own, or build the shape of `atoms` and `edges` only",
+            ));
         }
         let of_edges = !given.edges.is_empty() || given.edge_radius.is_some() || given.hollow;
         if of_edges && !is_listed {
@@ -107,6 +126,7 @@ impl Template {
             return Self::polygon(given);
         }
         let template = match given.shape {
+            None if of_ellipses => Self::ellipses(given)?,
             None => Self::listed(given)?,
             Some(name) => match name.parse::<Shape>() {
                 Ok(shape) => Self::Named(shape),
@@ -143,6 +163,19 @@ impl Template {
             .fold(0.0, f64::max);
         let radius = given.rounding.unwrap_or(DEFAULT_ROUNDING) * size;
         Ok(Self::Polygon { corners, radius })
+    }
+
+    fn ellipses(given: ShapeKeys<'_>) -> Result<Self, Refusal> {
+        let disc = |spec: &AtomSpec| {
+            let shape = Ellipse::new([spec.radius; 2], DVec2::X)?;
+            Ok((DVec2::from(spec.at), shape, spec.mass))
+        };
+        let ellipse =
+            |spec: &EllipseSpec| Ok((DVec2::from(spec.at), spec.shape()?, spec.mass));
+        let discs = given.atoms.iter().map(disc);
+        let parts = discs.chain(given.ellipses.iter().map(ellipse));
+        let parts = parts.collect::<Result<_, GeometryError>>()?;
+        Ok(Self::Ellipses(parts))
     }
 
     fn listed(given: ShapeKeys<'_>) -> Result<Self, Refusal> {
@@ -199,6 +232,14 @@ impl Template {
                 let edge = |&(ends, radius): &([u32; 2], f64)| (ends, length * radius);
                 let edges: Vec<_> = edges.iter().map(edge).collect();
                 Molecule::with_edges(atoms, &edges, *interior)
+            }
+            Self::Ellipses(parts) => {
+                let part = |&(place, shape, own): &(DVec2, Ellipse, f64)| {
+                    let shape = Ellipse::new(shape.axes().map(|axis| length * axis), shape.along());
+                    Ok((length * place, shape?, mass * own))
+                };
+                let parts: Vec<_> = parts.iter().map(part).collect::<Result<_, GeometryError>>()?;
+                Molecule::of_ellipses(parts)
             }
         }
     }

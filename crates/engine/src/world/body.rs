@@ -147,6 +147,17 @@ impl Body {
         half_widths.fold(f64::INFINITY, f64::min)
     }
 
+    /// The least radius of curvature of an atom (length): its radius, or b²/a at the tip of an
+    /// ellipse; infinite for a wall across the box, which has none.
+    pub(crate) fn sharpest_curvature(&self) -> f64 {
+        let molecule = &self.kind.molecule;
+        let radii = (0..molecule.atoms().len()).map(|atom| {
+            let [a, b] = molecule.shape_of(atom).axes();
+            if a == b { a } else { b * (b / a) }
+        });
+        radii.fold(f64::INFINITY, f64::min)
+    }
+
     /// Inverse mass and inverse moment, 0 where fixed or locked.
     pub fn inertia(&self) -> &Inertia {
         &self.kind.inertia

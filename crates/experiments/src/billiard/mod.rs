@@ -248,6 +248,7 @@ impl BilliardOptions {
                 tags: vec![TARGET.to_owned()],
                 shape: spec.shape,
                 atoms: spec.atoms,
+                ellipses: spec.ellipses,
                 edges: spec.edges,
                 edge_radius: spec.edge_radius,
                 hollow: spec.hollow,

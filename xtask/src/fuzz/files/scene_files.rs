@@ -131,6 +131,7 @@ fn size(scene: &Scene) -> f64 {
     let atoms = |shape: Option<&String>, list: usize| {
         let named = shape
             .and_then(|shape| shape.split_once(':'))
+            .filter(|(name, _)| *name != "ellipse")
             .and_then(|(_, count)| count.parse().ok());
         // What follows the name of a shape with sides may be a length below 1.
         named.unwrap_or(5.0_f64).max(1.0).max(list as f64)
@@ -139,7 +140,8 @@ fn size(scene: &Scene) -> f64 {
         .molecule
         .iter()
         .map(|molecule| {
-            let list = molecule.atoms.len().max(molecule.polygon.len());
+            let parts = molecule.atoms.len() + molecule.ellipses.len();
+            let list = parts.max(molecule.polygon.len());
             atoms(molecule.shape.as_ref(), list)
         })
         .sum();

@@ -295,6 +295,11 @@ impl Variants<'_> {
                     case.scene.molecule[index].edges.remove(edge);
                 });
             }
+            for ellipse in 0..self.original.scene.molecule[index].ellipses.len() {
+                self.with(|case| {
+                    case.scene.molecule[index].ellipses.remove(ellipse);
+                });
+            }
             for atom in 0..self.original.scene.molecule[index].atoms.len() {
                 self.with(|case| {
                     case.scene.molecule[index].atoms.remove(atom);

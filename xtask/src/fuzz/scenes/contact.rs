@@ -215,6 +215,7 @@ fn check_impulse(
         (*touch, place_error, 0.0)
     };
     let touch = &touch;
+    let arm_error = touch.arm_sensitivity * arm_error;
     check_arms(contact, touch, is_rough, (arm_error, normal_error), report);
     let sums = check_momentum(contact, touch, is_rough, report);
     check_torque(contact, touch, arm_error, report);

@@ -12,7 +12,7 @@ use super::{
     kinematics::{BodyOutline, BodyPair, Placed, along, for_each_image, length},
     laws::SceneRules,
     rules::{self, DISC_TAGS, Features, TAGS, elasticity, scale_elasticity, tags},
-    sided::{sided_body, sided_gas},
+    sided::{ellipse_body, ellipse_gas, sided_body, sided_gas},
 };
 use crate::fuzz::{detection::case::exp2, random::FuzzDraw};
 
@@ -71,6 +71,11 @@ pub fn draw(seed: u64) -> SceneCase {
         "pairs",
         "drag",
         "drag",
+        "ellipses",
+        "ellipses",
+        "ellipses",
+        "ellipses in walls",
+        "ellipses in walls",
     ]);
     let mut sketch = Sketch::new(draw, class);
     let size = sketch.bodies(draw, class);
@@ -120,11 +125,14 @@ fn molecule(draw: &mut FuzzDraw, class: &str, radius: f64) -> Option<(Molecule, 
     if class.starts_with("sides") && draw.happens(0.8) {
         return described(sided_body(draw, radius, mass));
     }
+    if class.starts_with("ellipses") && draw.happens(0.6) {
+        return described(ellipse_body(draw, radius, mass));
+    }
     let discs = if class == "long run of few" { 0.8 } else { 0.3 };
     let kind = if class == "discs" || draw.happens(discs) {
         0
     } else {
-        draw.integer(0, 7)
+        draw.integer(0, 8)
     };
     let shape = match kind {
         0 => Shape::Disc,
@@ -134,6 +142,7 @@ fn molecule(draw: &mut FuzzDraw, class: &str, radius: f64) -> Option<(Molecule, 
         4 => Shape::Ring(draw.integer(3, 12) as usize),
         5 => Shape::Cross,
         6 => return described(sided_body(draw, radius, mass)),
+        7 => return described(ellipse_body(draw, radius, mass)),
         _ => return described(blob(draw, radius, mass)),
     };
     let atom_radius = if kind == 0 { radius } else { 0.5 * radius };
@@ -346,7 +355,7 @@ impl Sketch {
 
     /// Walls and single bodies of a class; returns the size of the bodies (length).
     fn bodies(&mut self, draw: &mut FuzzDraw, class: &str) -> f64 {
-        if class == "walls" || class == "sides in walls" || draw.happens(0.15) {
+        if class == "walls" || class.ends_with("in walls") || draw.happens(0.15) {
             for _ in 0..draw.integer(1, 4) {
                 self.wall(draw);
             }
@@ -362,7 +371,7 @@ impl Sketch {
             let share = match class {
                 "close bodies" => 1.0,
                 "long run of few" => 0.5,
-                "rough" | "pairs" => 0.15,
+                "rough" | "pairs" | "ellipses" => 0.15,
                 _ => 0.0,
             };
             let close = draw.happens(share);
@@ -388,6 +397,9 @@ impl Sketch {
         }
         if class == "sides" && draw.happens(0.5) {
             self.scene.gas.push(gas(draw, size, sided_gas));
+        }
+        if class.starts_with("ellipses") && draw.happens(0.5) {
+            self.scene.gas.push(gas(draw, size, ellipse_gas));
         }
     }
 
@@ -634,6 +646,11 @@ fn scale_molecule(spec: &mut MoleculeSpec, length: f64, speed: f64, mass: f64) {
         atom.at = atom.at.map(|x| x * length);
         atom.radius *= length;
         atom.mass *= mass;
+    }
+    for ellipse in &mut spec.ellipses {
+        ellipse.at = ellipse.at.map(|x| x * length);
+        ellipse.axes = ellipse.axes.map(|axis| axis * length);
+        ellipse.mass *= mass;
     }
 }
 

@@ -9,6 +9,8 @@ use carom_geometry::Molecule;
 use carom_kinematics::{EpochTime, Motion};
 use carom_testkit::oracle::{DoubleDouble, Number as _};
 
+use super::convex::{ConvexPart, OutlineEllipse, farthest_tangents};
+
 /// Two numbers: a position, a velocity, or a cosine and sine.
 pub type BodyPair = [f64; 2];
 
@@ -43,6 +45,8 @@ pub struct Placed {
 pub struct BodyOutline {
     /// Offset and radius of each atom (length).
     pub atoms: Vec<(BodyPair, f64)>,
+    /// The shape of each atom, if any is an ellipse; else empty.
+    pub ellipses: Vec<OutlineEllipse>,
     /// Straight edges.
     pub edges: Vec<OutlineEdge>,
     /// Whether this is a wall: a single edge about its centre.
@@ -91,11 +95,14 @@ pub struct TouchedParts {
     pub gap: f64,
     /// Unit vector from the first to the second.
     pub normal: BodyPair,
-    /// Distance between the centres of two atoms, or between a centre and the line of the edge
-    /// (length).
+    /// Distance between the centres of two atoms, or between a centre and the line of the edge; the
+    /// least of it and of the sum of the radii of curvature where a part is an ellipse (length).
     pub distance: f64,
-    /// Vectors from the centres of mass to the atoms, or to the foot on the edge (length).
+    /// Vectors from the centres of mass to the atoms, or to the foot on the edge, or to the point
+    /// of contact on a body with ellipses (length).
     pub arms: [BodyPair; 2],
+    /// The most that an arm moves if a place of the bodies is off by 1.
+    pub arm_sensitivity: f64,
     /// Distances of the surfaces from the ends of the arms (length).
     pub radii: [f64; 2],
 }
@@ -239,6 +246,14 @@ impl BodyOutline {
             .iter()
             .map(|atom| (atom.offset().to_array(), atom.radius()))
             .collect();
+        let ellipses: Vec<OutlineEllipse> = molecule
+            .ellipses()
+            .iter()
+            .map(|ellipse| OutlineEllipse {
+                axes: ellipse.axes(),
+                along: ellipse.along().to_array(),
+            })
+            .collect();
         let edges: Vec<OutlineEdge> = molecule
             .edges()
             .iter()
@@ -259,6 +274,7 @@ impl BodyOutline {
         };
         Self {
             atoms,
+            ellipses,
             edges,
             is_wall,
             reach,
@@ -280,7 +296,7 @@ impl BodyOutline {
 
     /// Returns true for a single atom, which has no orientation.
     pub fn is_disc(&self) -> bool {
-        self.atoms.len() == 1 && self.edges.is_empty()
+        self.atoms.len() == 1 && self.edges.is_empty() && self.ellipses.is_empty()
     }
 
     /// Radius of the smallest atom; infinite for a wall (length).
@@ -289,6 +305,37 @@ impl BodyOutline {
             .iter()
             .map(|(_, radius)| *radius)
             .fold(f64::INFINITY, f64::min)
+    }
+
+    /// A part at rest, with the centre of mass at `origin`.
+    fn convex(&self, part: BodyPart, origin: BodyPair, rotation: BodyPair) -> ConvexPart {
+        match part {
+            BodyPart::Atom(index) => {
+                let (offset, radius) = self.atoms[index];
+                let centre = along(origin, 1.0, rotated(offset, rotation));
+                match self.ellipses.get(index) {
+                    Some(ellipse) => ellipse.placed(centre, rotation),
+                    None => ConvexPart {
+                        centre,
+                        axis: rotation,
+                        axes: [0.0; 2],
+                        half: 0.0,
+                        radius,
+                    },
+                }
+            }
+            BodyPart::Edge(index) => {
+                let edge = self.edges[index];
+                let half = length(edge.half);
+                ConvexPart {
+                    centre: along(origin, 1.0, rotated(edge.middle, rotation)),
+                    axis: rotated([edge.half[0] / half, edge.half[1] / half], rotation),
+                    axes: [0.0; 2],
+                    half,
+                    radius: edge.radius,
+                }
+            }
+        }
     }
 
     fn parts(&self) -> impl Iterator<Item = BodyPart> + '_ {
@@ -304,6 +351,11 @@ fn touch(
     (b, turn_b, part_b): (&BodyOutline, BodyPair, BodyPart),
     separation: BodyPair,
 ) -> Option<TouchedParts> {
+    let has_ellipses = !(a.ellipses.is_empty() && b.ellipses.is_empty());
+    if has_ellipses && [part_a, part_b].iter().any(|part| matches!(part, BodyPart::Atom(_))) {
+        let (at_a, at_b) = ((a, turn_a, part_a), (b, turn_b, part_b));
+        return Some(touch_of_ellipses(at_a, at_b, separation));
+    }
     match (part_a, part_b) {
         (BodyPart::Atom(i), BodyPart::Atom(j)) => {
             let ((offset_a, radius_a), (offset_b, radius_b)) = (a.atoms[i], b.atoms[j]);
@@ -316,6 +368,7 @@ fn touch(
                 normal,
                 distance,
                 arms,
+                arm_sensitivity: 1.0,
                 radii: [radius_a, radius_b],
             })
         }
@@ -330,6 +383,7 @@ fn touch(
                 normal,
                 distance,
                 arms: [along(place, -distance, normal), arm],
+                arm_sensitivity: 1.0,
                 radii: [edge.radius, radius],
             })
         }
@@ -340,6 +394,7 @@ fn touch(
                 normal,
                 distance,
                 arms,
+                arm_sensitivity,
                 radii,
             } = touch((b, turn_b, part_b), (a, turn_a, part_a), back)?;
             Some(TouchedParts {
@@ -347,10 +402,58 @@ fn touch(
                 normal: [-normal[0], -normal[1]],
                 distance,
                 arms: [arms[1], arms[0]],
+                arm_sensitivity,
                 radii: [radii[1], radii[0]],
             })
         }
         (BodyPart::Edge(_), BodyPart::Edge(_)) => None,
+    }
+}
+
+/// Relative placement of two parts of bodies of which one has ellipses. The arm of such a body ends
+/// at the point of contact.
+fn touch_of_ellipses(
+    (a, turn_a, part_a): (&BodyOutline, BodyPair, BodyPart),
+    (b, turn_b, part_b): (&BodyOutline, BodyPair, BodyPart),
+    separation: BodyPair,
+) -> TouchedParts {
+    let parts = [
+        a.convex(part_a, [0.0; 2], turn_a),
+        b.convex(part_b, separation, turn_b),
+    ];
+    let found = farthest_tangents(&parts[0], &parts[1]);
+    let [radius_a, radius_b] = found.curvature_radii;
+    let (mut arms, mut radii) = ([[0.0; 2]; 2], [0.0; 2]);
+    let from = [[0.0; 2], separation];
+    for (side, outline) in [a, b].into_iter().enumerate() {
+        let outwards = if side == 0 { 1.0 } else { -1.0 };
+        radii[side] = if outline.ellipses.is_empty() {
+            parts[side].radius
+        } else {
+            0.0
+        };
+        // The arm of an edge ends across the normal from the point of the other part.
+        let is_edge = parts[side].half > 0.0;
+        let point = if is_edge {
+            along(found.points[1 - side], -outwards * found.gap, found.normal)
+        } else {
+            found.points[side]
+        };
+        let end = along(point, -outwards * radii[side], found.normal);
+        arms[side] = along(end, -1.0, from[side]);
+    }
+    let flattest = (radius_a / a.reach).max(radius_b / b.reach);
+    TouchedParts {
+        gap: found.gap,
+        normal: found.normal,
+        distance: (found.gap + radius_a + radius_b).min(length(along(
+            parts[1].centre,
+            -1.0,
+            parts[0].centre,
+        ))),
+        arms,
+        arm_sensitivity: 2.0 + 2.0 * flattest,
+        radii,
     }
 }
 

@@ -2,6 +2,7 @@
 
 pub mod case;
 pub mod contact;
+pub mod convex;
 pub mod draw;
 pub mod kinematics;
 pub mod laws;

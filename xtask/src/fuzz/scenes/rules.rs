@@ -26,7 +26,7 @@ pub struct Features {
 impl Features {
     /// The features of a scene of a class; two of them meet in some scenes.
     pub fn draw(draw: &mut FuzzDraw, class: &str) -> Self {
-        let is_new = ["rough", "pairs", "drag"].contains(&class);
+        let is_new = ["rough", "pairs", "drag", "ellipses"].contains(&class);
         let mut has = |name: &str| class == name || (is_new && draw.happens(0.25));
         Self {
             rough: has("rough"),

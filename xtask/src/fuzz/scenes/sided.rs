@@ -3,8 +3,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use carom::engine::{AtomSpec, Distribution, GasSpec, MoleculeSpec};
-use carom_geometry::MIN_ROUNDING;
+use carom::engine::{AtomSpec, Distribution, EllipseSpec, GasSpec, MoleculeSpec};
+use carom_geometry::{MAX_ASPECT, MIN_ROUNDING};
 use libm::{cos, sin};
 
 use super::kinematics::BodyPair;
@@ -42,6 +42,79 @@ pub fn sided_gas(draw: &mut FuzzDraw, radius: f64) -> GasSpec {
         shape: Some(shape),
         size: Some(size.into()),
         rounding: if has_corners { rounding(draw) } else { None },
+        scale: draw
+            .happens(0.5)
+            .then(|| Distribution::Uniform([draw.between(0.3, 1.0), 1.0]).into()),
+        mass: Some(draw.scale(0.1, 10.0).into()),
+        ..GasSpec::default()
+    }
+}
+
+/// The ratio of the axes of a random ellipse: small, or rarely up to the largest.
+fn aspect(draw: &mut FuzzDraw) -> f64 {
+    let most = if draw.happens(0.1) { MAX_ASPECT } else { 20.0 };
+    if draw.happens(0.05) {
+        1.0 + draw.scale(1e-15, 1e-3)
+    } else {
+        draw.scale(1.0, most)
+    }
+}
+
+/// One random ellipse of a list, between two circles about the origin.
+fn listed_ellipse(draw: &mut FuzzDraw, [inner, outer]: [f64; 2], mass: f64) -> EllipseSpec {
+    let (room, ratio) = (0.5 * (outer - inner), aspect(draw));
+    let longer = draw.scale(0.3, 1.0) * room;
+    let axes = [longer, longer / ratio];
+    EllipseSpec {
+        at: point(inner + room, draw.between(0.0, TAU)),
+        axes: if draw.happens(0.5) { axes } else { [axes[1], axes[0]] },
+        turn: draw.between(-4.0, 4.0),
+        mass: draw.scale(0.1, 1.0) * mass,
+    }
+}
+
+/// Several ellipses, and perhaps discs, in rings about each other.
+fn ellipses(draw: &mut FuzzDraw, radius: f64, mass: f64) -> MoleculeSpec {
+    let count = draw.integer(1, 5);
+    let circle = |ring: i64| radius * ring as f64 / count as f64;
+    let (mut atoms, mut ellipses) = (Vec::new(), Vec::new());
+    for ring in 0..count {
+        let [inner, outer] = [circle(ring), circle(ring + 1)];
+        if draw.happens(0.25) {
+            let room = 0.5 * (outer - inner);
+            atoms.push(AtomSpec {
+                at: point(inner + room, draw.between(0.0, TAU)),
+                radius: draw.scale(0.1, 1.0) * room,
+                mass,
+            });
+        } else {
+            ellipses.push(listed_ellipse(draw, [inner, outer], mass));
+        }
+    }
+    MoleculeSpec {
+        atoms,
+        ellipses,
+        ..MoleculeSpec::default()
+    }
+}
+
+/// A random ellipse of about this radius (length), and of this mass; some bodies have several.
+pub fn ellipse_body(draw: &mut FuzzDraw, radius: f64, mass: f64) -> MoleculeSpec {
+    if draw.happens(0.3) {
+        return ellipses(draw, radius, mass);
+    }
+    MoleculeSpec {
+        shape: Some(format!("ellipse:{}", aspect(draw))),
+        size: Some(2.0 * radius),
+        ..of_mass(draw, radius, mass)
+    }
+}
+
+/// The keys of a gas of ellipses of about this radius (length); every second one is of drawn sizes.
+pub fn ellipse_gas(draw: &mut FuzzDraw, radius: f64) -> GasSpec {
+    GasSpec {
+        shape: Some(format!("ellipse:{}", aspect(draw))),
+        size: Some((2.0 * radius).into()),
         scale: draw
             .happens(0.5)
             .then(|| Distribution::Uniform([draw.between(0.3, 1.0), 1.0]).into()),
