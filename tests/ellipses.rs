@@ -181,7 +181,7 @@ fn a_gas_of_ellipses_in_tiles_is_that_in_order_to_the_bit_and_shares_its_energy(
 #[test]
 fn bodies_of_listed_ellipses_come_to_equipartition() {
     let scene = Scene::from_toml(
-        r#"
+        r"
         [[gas]]
         atoms = [{ at = [0.0, 0.0], radius = 0.01, mass = 2.0 }]
         ellipses = [
@@ -195,7 +195,7 @@ fn bodies_of_listed_ellipses_come_to_equipartition() {
         mass = 1.0
         energy = 0.0
         count = 150
-        "#,
+        ",
     )
     .unwrap();
     let mut simulation = Simulation::new(&scene).unwrap();

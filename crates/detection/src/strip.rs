@@ -121,7 +121,7 @@ pub(crate) fn window_of_bodies(
 /// Whether the detectors that sample the gap of discs and edges do not search a pair: a half-plane
 /// that turns, ellipses, and arcs.
 pub(crate) fn is_not_searched(a: Outline<'_>, b: Outline<'_>, motion: &RelativeMotion) -> bool {
-    a_half_plane_turns(a, b, motion) || [a, b].iter().any(|body| body.has_curves())
+    a_half_plane_turns(a, b, motion) || [a, b].iter().any(Outline::has_curves)
 }
 
 /// Whether a half-plane turns, which no detector handles: it reaches everything at once.

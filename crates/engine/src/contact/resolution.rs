@@ -162,10 +162,8 @@ impl<R: Response> Rules<'_, R> {
                 motion: &before[n],
                 since: self.world.clock.duration(time) - self.world.clock.duration(last[n]),
             };
-            let raised = self
-                .elasticity
-                .guard
-                .raise(of_table, &frame, [partner(0), partner(1)]);
+            let guard = self.elasticity.guard;
+            let raised = guard.raise(of_table, &frame, [partner(0), partner(1)]);
             elasticity = raised.unwrap_or(of_table);
         }
         let inertias = pair.map(|body| &body.kind.inertia);
@@ -214,17 +212,13 @@ impl<R: Response> Rules<'_, R> {
             is_unresolved = last_contacts.is_none() || elasticity == Elasticity::ELASTIC;
         }
         let met_fixed = inertias[0].is_fixed() || inertias[1].is_fixed();
-        let work = if met_fixed {
-            // Impulses at several points of a wall that turns act on surfaces of different
-            // velocities; no energy is then booked as lost.
-            let turns = |n: usize| inertias[n].is_fixed() && before[n].angular_velocity != 0.0;
-            if points > 1 && (turns(0) || turns(1)) {
-                energy(&after) - energy(before)
-            } else {
-                work_of_wall(&frame, before, inertias, impulse)
-            }
-        } else {
-            0.0
+        // Impulses at several points of a wall that turns act on surfaces of different velocities;
+        // no energy is then booked as lost.
+        let turns = |n: usize| inertias[n].is_fixed() && before[n].angular_velocity != 0.0;
+        let work = match met_fixed {
+            true if points > 1 && (turns(0) || turns(1)) => energy(&after) - energy(before),
+            true => work_of_wall(&frame, before, inertias, impulse),
+            false => 0.0,
         };
         let lost = changes_energy.then(|| energy(before) + work - energy(&after));
         let mut onwards = after;

@@ -156,7 +156,7 @@ impl FixedPair<'_> {
             let half = halves[side];
             if self.is_across(side) {
                 // It meets its own images: the margin leaves no gap between them.
-                if !(distance.abs() <= half * sine.abs() * (1.0 + 1e-9)) {
+                if distance.abs() > half * sine.abs() * (1.0 + 1e-9) {
                     return None;
                 }
             } else if distance.abs() <= half * sine.abs() && sine != 0.0 {
@@ -228,12 +228,11 @@ impl FixedPair<'_> {
             let relative = RelativeMotion::between(motion_a, motion_b, self.shift, now);
             let answer = detector.first_contact(a, b, &relative, horizon - now);
             match answer.outcome {
-                Outcome::Free => return None,
+                // Out of range: far beyond all lengths of a scene.
+                Outcome::Free | Outcome::OutOfRange => return None,
                 Outcome::Contact(contact) => return Some(now + contact.time),
                 Outcome::FreeUntil(time) => now = (now + time).max(f64::next_up(now)),
                 Outcome::Unresolved(time) => return Some(now + time),
-                // Far out of all ranges of a scene.
-                Outcome::OutOfRange => return None,
             }
         }
         Some(now)

@@ -269,6 +269,7 @@ mod tests {
             let refused = Region {
                 x: Some(x),
                 y: None,
+                ..Region::default()
             }
             .check(&bounds)
             .unwrap_err();

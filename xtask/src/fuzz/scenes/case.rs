@@ -40,7 +40,7 @@ pub enum CaseEdit {
     /// Adds a molecule.
     Add(Box<MoleculeSpec>),
     /// Adds a wall.
-    AddWall(WallSpec),
+    AddWall(Box<WallSpec>),
     /// Removes a body.
     Remove(usize),
     /// Sets the energy of a body to a multiple of that of the first moving body.

@@ -543,11 +543,11 @@ fn edit(draw: &mut FuzzDraw, sketch: &Sketch) -> CaseEdit {
                 from[0] + draw.between(-0.3, 0.3),
                 from[1] + draw.between(-0.3, 0.3),
             ];
-            CaseEdit::AddWall(WallSpec {
+            CaseEdit::AddWall(Box::new(WallSpec {
                 from: Some(from),
                 to: Some(to),
                 ..WallSpec::default()
-            })
+            }))
         }
         3 => CaseEdit::Remove(body),
         4 => CaseEdit::Energy(body, draw.scale(1e-3, 1e3)),
