@@ -5,7 +5,7 @@
 //! a piston and the wall along which it slides do, have no such meeting.
 
 use carom_detection::{Detection, Exact, Outcome};
-use carom_geometry::gap_between;
+use carom_geometry::{Molecule, gap_between};
 use carom_kinematics::{Motion, RelativeMotion};
 use glam::DVec2;
 
@@ -17,7 +17,7 @@ use crate::world::{
 };
 
 /// Time over which the rate of a gap is measured, in times in which the bodies travel the shorter
-/// side of the box. Smaller: the rate is lost in the rounding of positions.
+/// side of the box; and the distance at which walls of which one turns meet, in shorter sides. Smaller: the rate is lost in the rounding of positions.
 const PROBE: f64 = 1e-6;
 
 /// A run ends so many roundings before two bodies meet, while they are still apart: bodies that
@@ -87,9 +87,16 @@ fn meeting_of_pair(world: &World, pair: [usize; 2], horizon: f64) -> Option<f64>
                 motions: [a.1, b.1],
                 shift: world.bounds.shift([column, row]),
                 rounding: rounding_bound(sides, radii),
+                thickness: PROBE * sides.min_element(),
                 probe: PROBE * sides.min_element() / (speed[0] + speed[1]),
             };
-            if pair.gap(0.0) <= way
+            let gap = pair.gap(0.0);
+            if gap <= pair.rounding {
+                // They slide along each other, also where one is longer than the box and meets the
+                // other in several images, or leave each other.
+                return None;
+            }
+            if gap <= way
                 && let Some(time) = pair.meeting(first.unwrap_or(horizon))
             {
                 first = Some(time);
@@ -109,6 +116,8 @@ struct FixedPair<'a> {
     rounding: f64,
     /// Time over which the rate of the gap is measured (time).
     probe: f64,
+    /// Distance at which walls of which one turns count as touching (length).
+    thickness: f64,
 }
 
 impl FixedPair<'_> {
@@ -133,7 +142,7 @@ impl FixedPair<'_> {
             // Two walls across the box have no end points. Along different axes they always cross.
             if self.is_across(0) && self.is_across(1) {
                 return if along[0].perp_dot(along[1]) == 0.0 {
-                    self.distance_of_lines(time).abs() - radii
+                    self.distance_of_lines(time)[0].abs() - radii
                 } else {
                     f64::NEG_INFINITY
                 };
@@ -146,9 +155,12 @@ impl FixedPair<'_> {
 
     /// How far the lines of two walls that cross do so: the least distance of an end point of one
     /// from the line of the other (length); infinite if neither has an end. `None` if they do not
-    /// cross.
+    /// cross or are parallel.
     fn crossing(&self, separation: DVec2, along: [DVec2; 2], halves: [f64; 2]) -> Option<f64> {
         let sine = along[0].perp_dot(along[1]);
+        if sine == 0.0 {
+            return None;
+        }
         let mut depth = f64::INFINITY;
         for side in 0..2 {
             // Of the middle of this wall from the line of the other, along the normal of that.
@@ -159,7 +171,7 @@ impl FixedPair<'_> {
                 if distance.abs() > half * sine.abs() * (1.0 + 1e-9) {
                     return None;
                 }
-            } else if distance.abs() <= half * sine.abs() && sine != 0.0 {
+            } else if distance.abs() <= half * sine.abs() {
                 depth = depth.min(half * sine.abs() - distance.abs());
             } else {
                 return None;
@@ -174,13 +186,63 @@ impl FixedPair<'_> {
     }
 
     /// Signed distance of the second body from the line of the first, a wall that does not turn
-    /// (length).
-    fn distance_of_lines(&self, time: f64) -> f64 {
+    /// (length), and its rate (length per time).
+    fn distance_of_lines(&self, time: f64) -> [f64; 2] {
         let [a, b] = self.motions.map(|motion| motion.at(time));
         let edge = self.bodies[0].molecule().wall_edge();
         let along = edge.map_or(DVec2::X, carom_geometry::Edge::along);
         let along = a.orientation.cos_sin().rotate(along);
-        along.perp_dot((b.position - a.position) + self.shift)
+        let separation = (b.position - a.position) + self.shift;
+        [separation, b.velocity - a.velocity].map(|vector| along.perp_dot(vector))
+    }
+
+    /// The first time before `horizon` at which an end of one of two walls that do not turn touches
+    /// the other wall.
+    fn contact_of_ends(&self, horizon: f64) -> Option<f64> {
+        let [a, b] = self.motions;
+        let placed = [(self.bodies[0], a), (self.bodies[1], b)];
+        let [Some(wall_a), Some(wall_b)] =
+            placed.map(|(body, motion)| StandingWall::new(body, motion))
+        else {
+            return None;
+        };
+        let [ends_a, ends_b] = [wall_a.ends(), wall_b.ends()];
+        let ends_b = ends_b.map(|end| end + self.shift);
+        let velocity = b.velocity - a.velocity;
+        let radii = self.radii();
+        let mut first = f64::INFINITY;
+        // The ends of the second wall in the frame of the first, and the other way round.
+        for (wall, [from, to], ends, velocity) in [
+            (0, ends_a, ends_b, velocity),
+            (1, ends_b, ends_a, -velocity),
+        ] {
+            if self.is_across(1 - wall) {
+                continue;
+            }
+            let (middle, half) = (0.5 * (from + to), 0.5 * (to - from).length());
+            let along = (to - from).normalize();
+            for end in ends {
+                let place = end - middle;
+                let [across, rate] = [place, velocity].map(|vector| along.perp_dot(vector));
+                // The line at a distance of the radii, on the side of the end.
+                let time = (across.abs() - radii) / (-across.signum() * rate);
+                if time >= 0.0 && along.dot(place + time * velocity).abs() <= half {
+                    first = first.min(time);
+                }
+                for other in [from, to] {
+                    // The smaller root of |d + v t| = R.
+                    let d = end - other;
+                    let (towards, square) = (-d.dot(velocity), velocity.length_squared());
+                    let beside = d.perp_dot(velocity);
+                    let room = radii * radii * square - beside * beside;
+                    if towards > 0.0 && room >= 0.0 && !self.is_across(wall) {
+                        let time = (towards - room.sqrt()) / square;
+                        first = if time >= 0.0 { first.min(time) } else { first };
+                    }
+                }
+            }
+        }
+        (first <= horizon).then_some(first)
     }
 
     fn is_across(&self, side: usize) -> bool {
@@ -191,18 +253,14 @@ impl FixedPair<'_> {
     /// The time of the first meeting before `horizon`, less the time in which the bodies travel the
     /// last few roundings; 0 if that is over.
     fn meeting(&self, horizon: f64) -> Option<f64> {
-        if self.gap(0.0) <= self.rounding {
-            // They touch, and slide along each other or leave each other.
-            return None;
-        }
         let time = self.first_contact(horizon)?;
-        let span = self.probe.min(time);
-        let rate = (self.gap(time - span) - self.gap(time)) / span;
+        let rate = (self.gap(time - self.probe) - self.gap(time)) / self.probe;
         let margin = MARGIN * self.rounding / rate;
         if !(rate > 0.0 && margin <= self.probe) {
             // They touch without a measurable approach.
             return None;
         }
+        // At the last look before the meeting, about `margin` is left.
         Some(if time <= 2.0 * margin {
             0.0
         } else {
@@ -215,13 +273,33 @@ impl FixedPair<'_> {
     fn first_contact(&self, horizon: f64) -> Option<f64> {
         if self.is_across(0) && self.is_across(1) {
             // They are parallel: the distance of their lines is linear in time.
-            let [now, later] = [0.0, self.probe].map(|time| self.distance_of_lines(time));
-            let (distance, rate) = (now.abs(), now.signum() * (now - later) / self.probe);
-            let time = (distance - self.radii()) / rate;
-            return (rate > 0.0 && time <= horizon).then_some(time);
+            let [distance, rate] = self.distance_of_lines(0.0);
+            let approach = -distance.signum() * rate;
+            let time = (distance.abs() - self.radii()) / approach;
+            return (approach > 0.0 && time <= horizon).then_some(time);
+        }
+        let turns = self
+            .motions
+            .iter()
+            .any(|motion| motion.angular_velocity != 0.0);
+        let are_walls = self.bodies.iter().all(|body| body.is_wall());
+        if are_walls && !turns {
+            return self.contact_of_ends(horizon);
         }
         let detector = Exact::default();
-        let [a, b] = self.bodies.map(|body| body.molecule().outline());
+        // Two walls without thickness have no distance at which they touch.
+        let thicker = self.bodies[0].molecule().wall_edge().filter(|_| are_walls);
+        let thicker = thicker.and_then(|edge| {
+            let span = 2.0 * edge.half_length() * edge.along();
+            let radius = edge.radius() + self.thickness;
+            if self.is_across(0) {
+                Molecule::wall_without_ends(span, radius).ok()
+            } else {
+                Molecule::wall_about(span, edge.middle(), radius).ok()
+            }
+        });
+        let [a, b] = self.bodies.map(Body::molecule);
+        let [a, b] = [thicker.as_ref().unwrap_or(a), b].map(Molecule::outline);
         let mut now = 0.0;
         for _ in 0..MAX_SEARCHES {
             let [motion_a, motion_b] = self.motions;
