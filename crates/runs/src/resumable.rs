@@ -712,7 +712,7 @@ mod tests {
         .unwrap();
         assert_eq!(
             (FORMAT, kept.len(), crc32fast::hash(&kept)),
-            (20, 975, 2_973_851_991)
+            (21, 984, 4_084_802_972)
         );
     }
 }
