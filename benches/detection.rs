@@ -249,7 +249,9 @@ fn ellipses() {
     ];
     println!("time of a pair over that of two tees");
     for kind in [Kind::Hit, Kind::Miss] {
-        let lists = bodies.each_ref().map(|(_, body)| of_equal(body, reach, kind));
+        let lists = bodies
+            .each_ref()
+            .map(|(_, body)| of_equal(body, reach, kind));
         let mut least = [f64::INFINITY; 5];
         for _ in 0..200 {
             for (least, list) in least.iter_mut().zip(&lists) {

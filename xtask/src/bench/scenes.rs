@@ -41,8 +41,14 @@ pub fn all() -> Vec<(&'static str, Build)> {
     scenes.push(("rod-50", Box::new(rod)));
     scenes.push(("dumbbells-0.26", Box::new(|| gas_only(dumbbells(0.26)))));
     scenes.push(("dumbbells-0.4", Box::new(|| gas_only(dumbbells(0.4)))));
-    scenes.push(("dumbbells-0.3-2000", Box::new(|| LargeGas::Dumbbells.scene(2000, 0.3))));
-    scenes.push(("ellipses-0.3-2000", Box::new(|| gas_only(ellipses(2000, 0.3)))));
+    scenes.push((
+        "dumbbells-0.3-2000",
+        Box::new(|| LargeGas::Dumbbells.scene(2000, 0.3)),
+    ));
+    scenes.push((
+        "ellipses-0.3-2000",
+        Box::new(|| gas_only(ellipses(2000, 0.3))),
+    ));
     scenes.push(("one-big-disc", Box::new(one_big_disc)));
     scenes.push((
         "one-big-disc-without",

@@ -170,8 +170,7 @@ impl Template {
             let shape = Ellipse::new([spec.radius; 2], DVec2::X)?;
             Ok((DVec2::from(spec.at), shape, spec.mass))
         };
-        let ellipse =
-            |spec: &EllipseSpec| Ok((DVec2::from(spec.at), spec.shape()?, spec.mass));
+        let ellipse = |spec: &EllipseSpec| Ok((DVec2::from(spec.at), spec.shape()?, spec.mass));
         let discs = given.atoms.iter().map(disc);
         let parts = discs.chain(given.ellipses.iter().map(ellipse));
         let parts = parts.collect::<Result<_, GeometryError>>()?;
@@ -238,7 +237,10 @@ impl Template {
                     let shape = Ellipse::new(shape.axes().map(|axis| length * axis), shape.along());
                     Ok((length * place, shape?, mass * own))
                 };
-                let parts: Vec<_> = parts.iter().map(part).collect::<Result<_, GeometryError>>()?;
+                let parts: Vec<_> = parts
+                    .iter()
+                    .map(part)
+                    .collect::<Result<_, GeometryError>>()?;
                 Molecule::of_ellipses(parts)
             }
         }

@@ -484,9 +484,7 @@ const CLOSEST_PACKING: f64 = 0.906_899_682_117_109;
 fn is_of_equal_discs(spec: &GasSpec) -> bool {
     let is_disc = match spec.shape.as_deref() {
         Some(shape) => shape.parse() == Ok(Shape::Disc),
-        None => {
-            spec.atoms.len() < 2 && spec.ellipses.is_empty() && spec.polygon.is_empty()
-        }
+        None => spec.atoms.len() < 2 && spec.ellipses.is_empty() && spec.polygon.is_empty(),
     };
     is_disc && !spec.has_drawn_sizes()
 }

@@ -233,7 +233,10 @@ mod tests {
                     least = least.min(length(along(q, -1.0, p)));
                 }
             }
-            assert!(found.gap <= least + 1e-12 && found.gap > least - 1e-3, "{found:?} {least}");
+            assert!(
+                found.gap <= least + 1e-12 && found.gap > least - 1e-3,
+                "{found:?} {least}"
+            );
         }
     }
 }

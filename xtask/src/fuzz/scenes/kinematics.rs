@@ -352,7 +352,11 @@ fn touch(
     separation: BodyPair,
 ) -> Option<TouchedParts> {
     let has_ellipses = !(a.ellipses.is_empty() && b.ellipses.is_empty());
-    if has_ellipses && [part_a, part_b].iter().any(|part| matches!(part, BodyPart::Atom(_))) {
+    if has_ellipses
+        && [part_a, part_b]
+            .iter()
+            .any(|part| matches!(part, BodyPart::Atom(_)))
+    {
         let (at_a, at_b) = ((a, turn_a, part_a), (b, turn_b, part_b));
         return Some(touch_of_ellipses(at_a, at_b, separation));
     }

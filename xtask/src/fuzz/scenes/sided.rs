@@ -67,7 +67,11 @@ fn listed_ellipse(draw: &mut FuzzDraw, [inner, outer]: [f64; 2], mass: f64) -> E
     let axes = [longer, longer / ratio];
     EllipseSpec {
         at: point(inner + room, draw.between(0.0, TAU)),
-        axes: if draw.happens(0.5) { axes } else { [axes[1], axes[0]] },
+        axes: if draw.happens(0.5) {
+            axes
+        } else {
+            [axes[1], axes[0]]
+        },
         turn: draw.between(-4.0, 4.0),
         mass: draw.scale(0.1, 1.0) * mass,
     }
