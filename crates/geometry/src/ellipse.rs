@@ -24,10 +24,29 @@ pub const MAX_ASPECT: f64 = 1e4;
 /// # Ok::<(), carom_geometry::GeometryError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "Written")]
 pub struct Ellipse {
     axes: [f64; 2],
     along: DVec2,
 }
+
+/// The serialized form of an ellipse, which may be out of range.
+#[derive(Deserialize)]
+struct Written {
+    axes: [f64; 2],
+    along: DVec2,
+}
+
+impl TryFrom<Written> for Ellipse {
+    type Error = GeometryError;
+
+    fn try_from(Written { axes, along }: Written) -> Result<Self, GeometryError> {
+        Self::new(axes, along)
+    }
+}
+
+/// The largest difference of the length of a direction from 1: far more than rounding.
+const MAX_LENGTH_ERROR: f64 = 1e-9;
 
 impl Ellipse {
     /// An ellipse with these semi-axes (length, the longer one first) and the direction of the
@@ -35,13 +54,17 @@ impl Ellipse {
     ///
     /// # Errors
     /// [`GeometryError`] if a semi-axis is not positive, the first is shorter than the second, or
-    /// longer than 10⁴ times the second.
+    /// longer than 10⁴ times the second, or if the direction is no unit vector.
     pub fn new(axes: [f64; 2], along: DVec2) -> Result<Self, GeometryError> {
         check_positive("the longer semi-axis of an ellipse", axes[0])?;
         check_positive("the shorter semi-axis of an ellipse", axes[1])?;
         let ratio = axes[0] / axes[1];
         if !(1.0..=MAX_ASPECT).contains(&ratio) {
             return Err(GeometryError::AspectRatio(ratio));
+        }
+        let length = along.length();
+        if length.is_nan() || (length - 1.0).abs() > MAX_LENGTH_ERROR {
+            return Err(GeometryError::NoDirection(length));
         }
         Ok(Self { axes, along })
     }
@@ -314,5 +337,12 @@ mod tests {
             assert!(Ellipse::new(axes, DVec2::X).is_err(), "{axes:?}");
         }
         assert!(Ellipse::new([1.0, 1.0], DVec2::X).is_ok());
+        for along in [DVec2::ZERO, DVec2::new(-0.156, 1e240), DVec2::NAN] {
+            let refused = Ellipse::new([1.0, 1.0], along).unwrap_err();
+            assert!(
+                matches!(refused, GeometryError::NoDirection(_)),
+                "{refused}"
+            );
+        }
     }
 }

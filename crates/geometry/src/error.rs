@@ -27,6 +27,9 @@ pub enum GeometryError {
         "the longer axis of an ellipse must be 1 to 10000 times the shorter one, but is {0:?} times as long"
     )]
     AspectRatio(f64),
+    /// A direction of an ellipse that is no unit vector.
+    #[error("the direction of an ellipse must have the length 1, but has {0:?}")]
+    NoDirection(f64),
     /// Two ellipses of one molecule that overlap.
     #[error(
         "parts {first} and {second} of a molecule with ellipses overlap by {depth:?}: they may touch, but not \
