@@ -63,8 +63,8 @@ impl<A: Support> FacingEdge<'_, A> {
         }
     }
 
-    /// The tangents whose distance is the gap, less a small share of `error` (length); of parts that
-    /// overlap, some tangents that overlap.
+    /// The tangents whose distance is the gap, less a small share of `error` (length); of parts
+    /// that overlap, some tangents that overlap.
     pub fn farthest(&self, error: f64) -> EdgeTangents {
         let beside = self.beside();
         if beside.is_beside && beside.gap > error {

@@ -119,17 +119,6 @@ impl Ellipse {
         std::f64::consts::TAU * (a * a - sum) / x
     }
 
-    /// The entries xx, xy and yy of the matrix M of h² = n·M n (length²), of the ellipse turned by
-    /// `rotation`.
-    #[inline]
-    pub(crate) fn matrix(&self, rotation: DVec2) -> [f64; 3] {
-        let [a, b] = self.axes;
-        let along = rotation.rotate(self.along);
-        let (across, more) = (b * b, (a - b) * (a + b));
-        let DVec2 { x, y } = along;
-        [across + more * x * x, more * x * y, across + more * y * y]
-    }
-
     /// This ellipse with all lengths multiplied by `scale`.
     pub(crate) fn scaled(&self, scale: f64) -> Result<Self, GeometryError> {
         Self::new(self.axes.map(|axis| scale * axis), self.along)
@@ -219,8 +208,11 @@ impl Support for Ellipse {
     }
 
     #[inline]
-    fn about(&self) -> Ellipse {
-        *self
+    fn matrix(&self, rotation: DVec2) -> [f64; 3] {
+        let [a, b] = self.axes;
+        let DVec2 { x, y } = rotation.rotate(self.along);
+        let (across, more) = (b * b, (a - b) * (a + b));
+        [across + more * x * x, more * x * y, across + more * y * y]
     }
 
     /// At equal eccentric angles: the flat sides have most of the boundary.

@@ -19,8 +19,6 @@
 
 use glam::DVec2;
 
-use crate::Ellipse;
-
 /// A convex part of a body by its support function, in the frame of its body and about the centre
 /// of the part.
 ///
@@ -58,11 +56,12 @@ pub trait Support {
     /// An upper bound on |h'''| (length).
     fn max_third(&self) -> f64;
 
-    /// An ellipse of about this shape, about the centre of the part: the search for the direction in
-    /// which two parts are nearest starts at that of their ellipses. Default: the circle of
-    /// [`Self::reach`].
-    fn about(&self) -> Ellipse {
-        Ellipse::round(self.reach())
+    /// The entries xx, xy and yy of a matrix M with h² near to n·M n (length²), for the part turned
+    /// by `rotation`, (cos θ, sin θ): the search for the direction in which two parts are nearest
+    /// starts from these. Default: that of the circle of [`Self::reach`].
+    fn matrix(&self, _rotation: DVec2) -> [f64; 3] {
+        let squared = self.reach() * self.reach();
+        [squared, 0.0, squared]
     }
 
     /// A direction for each share from 0 to 1 of the boundary, so that a few of equal distance come
@@ -199,13 +198,11 @@ impl<A: Support, B: Support> FacingParts<'_, A, B> {
     /// parallel ellipses of one shape.
     #[inline]
     pub fn towards(&self) -> DVec2 {
-        let matrices = [self.a.about(), self.b.about()]
-            .into_iter()
-            .zip(self.rotations)
-            .map(|(ellipse, rotation)| ellipse.matrix(rotation));
-        let [xx, xy, yy] = matrices.fold([0.0; 3], |[xx, xy, yy], m| {
-            [xx + m[0], xy + m[1], yy + m[2]]
-        });
+        let (a, b) = (
+            self.a.matrix(self.rotations[0]),
+            self.b.matrix(self.rotations[1]),
+        );
+        let [xx, xy, yy] = [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
         let DVec2 { x, y } = self.d;
         let direction = DVec2::new(yy * x - xy * y, xx * y - xy * x);
         let inverse = 1.0 / (direction.x * direction.x + direction.y * direction.y).sqrt();
@@ -276,8 +273,8 @@ impl<A: Support, B: Support> FacingParts<'_, A, B> {
         }
     }
 
-    /// The direction in which f_φ is 0 to rounding. The rate of the gap, which decides whether parts
-    /// that touch close, and the point of contact are then those of the best direction.
+    /// The direction in which f_φ is 0 to rounding. The rate of the gap, which decides whether
+    /// parts that touch close, and the point of contact are then those of the best direction.
     fn polished(&self, mut here: FacingTangents) -> FacingTangents {
         for _ in 0..MAX_POLISHINGS {
             let turn = here.slope / here.stiffness();

@@ -159,8 +159,8 @@ pub struct MoleculeSpec {
     /// The list of atoms. Excludes `shape` and `polygon`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub atoms: Vec<AtomSpec>,
-    /// The list of ellipses, after the `atoms` if both are given. No two parts may overlap. Excludes
-    /// `shape`, `polygon` and `edges`.
+    /// The list of ellipses, after the `atoms` if both are given. No two parts may overlap.
+    /// Excludes `shape`, `polygon` and `edges`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub ellipses: Vec<EllipseSpec>,
     /// Pairs of atoms of the list with a straight edge between them, as indices from 0. Only with

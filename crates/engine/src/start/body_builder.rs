@@ -136,8 +136,8 @@ pub(crate) fn template(
 }
 
 impl MoleculeSpec {
-    /// The molecule that `shape`, `atoms`, `ellipses` or `polygon` describe; `entry` names this table in
-    /// errors.
+    /// The molecule that `shape`, `atoms`, `ellipses` or `polygon` describe; `entry` names this
+    /// table in errors.
     ///
     /// ```
     /// use carom_engine::MoleculeSpec;

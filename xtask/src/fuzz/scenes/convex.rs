@@ -1,10 +1,10 @@
 //! Independent gaps of ellipses, discs and edges: the greatest distance of two parallel tangents,
 //! by bisection.
 //!
-//! The tangents across a direction n touch part A at p and part B at q. Their distance is n·(q − p),
-//! and it grows with the angle of n by n^⊥·(q − p). Its maximum is the gap.
+//! The tangents across a direction n touch part A at p and part B at q. Their distance is
+//! n·(q − p), and it grows with the angle of n by n^⊥·(q − p). Its maximum is the gap.
 
-use super::kinematics::{BodyPair, along, dot, length, rotated};
+use super::vectors::{BodyPair, along, dot, length, rotated};
 
 /// A convex part at rest: an ellipse, a disc or an edge with round ends.
 #[derive(Debug, Clone, Copy)]

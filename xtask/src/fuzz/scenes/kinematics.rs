@@ -10,9 +10,7 @@ use carom_kinematics::{EpochTime, Motion};
 use carom_testkit::oracle::{DoubleDouble, Number as _};
 
 use super::convex::{ConvexPart, OutlineEllipse, farthest_tangents};
-
-/// Two numbers: a position, a velocity, or a cosine and sine.
-pub type BodyPair = [f64; 2];
+pub use super::vectors::{BodyPair, along, cross, dot, length, rotated};
 
 /// A body's state at some time.
 #[derive(Debug, Clone, Copy)]
@@ -118,31 +116,6 @@ impl TouchedParts {
         ];
         Self { arms, ..*self }
     }
-}
-
-/// Scalar product.
-pub fn dot(a: BodyPair, b: BodyPair) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
-}
-
-/// a_x b_y − a_y b_x.
-pub fn cross(a: BodyPair, b: BodyPair) -> f64 {
-    a[0] * b[1] - a[1] * b[0]
-}
-
-/// a + f b.
-pub fn along(a: BodyPair, factor: f64, b: BodyPair) -> BodyPair {
-    [a[0] + factor * b[0], a[1] + factor * b[1]]
-}
-
-/// Magnitude of a vector.
-pub fn length(a: BodyPair) -> f64 {
-    a[0].hypot(a[1])
-}
-
-/// Vector rotated by the angle with the given cosine and sine.
-pub fn rotated([x, y]: BodyPair, [cos, sin]: BodyPair) -> BodyPair {
-    [x * cos - y * sin, x * sin + y * cos]
 }
 
 /// Difference of two times in double-double precision (time).

@@ -11,6 +11,7 @@ pub mod rules;
 pub mod run;
 pub mod schedulers;
 pub mod sided;
+pub mod vectors;
 pub mod watcher;
 
 use anyhow::Result;
