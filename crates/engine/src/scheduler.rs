@@ -27,7 +27,8 @@
 //! case, since the bounding radius of a wall includes its length.
 //!
 //! The motion of a wall may have a velocity, and that of one with end points an angular velocity.
-//! Contacts do not change it. [`StandingWall::during`] gives the cells of a wall for a span of time.
+//! Contacts do not change it. [`StandingWall::during`] gives the cells of a wall for a span of
+//! time.
 //!
 //! ```
 //! use carom_engine::{Scene, Simulation, scheduler::StandingWall};

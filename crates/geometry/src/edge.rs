@@ -3,7 +3,7 @@
 
 use glam::DVec2;
 
-use crate::{Bend, GeometryError, check_length, check_positive};
+use crate::{Bend, GeometryError, Nearest, check_length, check_positive};
 
 /// A thick edge, fixed in the frame of its body: straight, or bent into an arc of a circle
 /// ([`Self::bend`]).
@@ -38,15 +38,6 @@ pub struct Edge {
     radius: f64,
     solid_behind: bool,
     bend: Option<Bend>,
-}
-
-/// The position of a point relative to the nearest point of an edge.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Nearest {
-    /// Distance from the line between the ends (length); negative in the solid behind a half-plane.
-    pub distance: f64,
-    /// Unit vector from the nearest point of that line to the point; the normal for a point on it.
-    pub direction: DVec2,
 }
 
 impl Edge {

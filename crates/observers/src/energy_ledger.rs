@@ -1,8 +1,8 @@
 //! Kinetic energy, its expected value, and momentum, at each sample.
 //!
 //! E = Σ ½ m v² + ½ I ω² (mass × length² / time²). Its expected ("booked") value is the energy at
-//! the start, less the loss in inelastic contacts, plus the energy put in by edits and by walls. The
-//! difference of the two is due to rounding alone.
+//! the start, less the loss in inelastic contacts, plus the energy put in by edits and by walls.
+//! The difference of the two is due to rounding alone.
 
 use carom_engine::{Ledger, Observer, View};
 use glam::DVec2;

@@ -109,8 +109,8 @@ pub(crate) fn work_of_wall(report: &CollisionReport<'_>, wall: usize) -> f64 {
     // The impulse of the report is that on the second body, and the normal points to it.
     let sign = if wall == 0 { 1.0 } else { -1.0 };
     let mut arm = side.arm;
-    // An arm ends at the line of the wall, or on its surface if the contact is rough. The impulse of
-    // a smooth contact is along the normal, where the two have one velocity.
+    // An arm ends at the line of the wall, or on its surface if the contact is rough. The impulse
+    // of a smooth contact is along the normal, where the two have one velocity.
     if side.body.wall_temperature().is_some() {
         arm += sign * side.body.reach() * report.normal;
     }

@@ -1,3 +1,5 @@
+//! Contacts with arcs: known times, random bodies against their gap, and grazes.
+
 use carom_geometry::{Atom, Bend, Molecule, gap_between};
 use carom_kinematics::{Orientation, RelativeMotion};
 use glam::DVec2;

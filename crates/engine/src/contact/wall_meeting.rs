@@ -17,7 +17,8 @@ use crate::world::{
 };
 
 /// Time over which the rate of a gap is measured, in times in which the bodies travel the shorter
-/// side of the box; and the distance at which walls of which one turns meet, in shorter sides. Smaller: the rate is lost in the rounding of positions.
+/// side of the box; and the distance at which walls of which one turns meet, in shorter sides.
+/// Smaller: the rate is lost in the rounding of positions.
 const PROBE: f64 = 1e-6;
 
 /// A run ends so many roundings before two bodies meet, while they are still apart: bodies that

@@ -4,6 +4,7 @@
 //! times are in the user's units.
 
 pub(crate) mod atom_spec;
+mod contained_gas;
 pub(crate) mod container_spec;
 pub(crate) mod distribution;
 pub(crate) mod drag;
