@@ -244,6 +244,17 @@ pub(crate) fn refuse_large_wall(
             2.0 * edge.reach()
         )));
     }
+    let is_straight = edge.bend().is_none();
+    if is_straight && edge.middle().abs().cmpgt(sides).any() {
+        return Err(problem(format!(
+            "the pivot of a wall must be within a side of the box of its middle, {:e} and {:e}, but they are apart by \
+             {:e} and {:e}",
+            sides.x,
+            sides.y,
+            edge.middle().x.abs(),
+            edge.middle().y.abs()
+        )));
+    }
     let extent = (2.0 * edge.half_length()) * edge.along().abs();
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
         if extent[axis] > MAX_WALL_LENGTH * sides[axis] {
