@@ -355,7 +355,7 @@ fn distributions_out_of_range_are_refused_by_name() {
         ("density = 1.0", "a disc needs a radius: `radius` in a gas"),
         (
             "atoms = [{ at = [0, 0], radius = 0.01, mass = 1 }]\nradius = { uniform = [1, 2] }",
-            "a list of atoms has a `scale`",
+            "a list of atoms or ellipses has a `scale`",
         ),
         (
             "radius = { uniform = [0.4, 0.9] }\nmass = 1.0",
