@@ -152,13 +152,13 @@ fn look_at_images(
     let Some(standing) = StandingWall::new(wall.body, &wall.motion) else {
         return;
     };
-    let [first, second] = standing.extent();
     let reach = body.body.reach() + wall.body.reach();
-    let extent = 0.5 * (second - first) + reach;
-    let separation = wall.motion.position - body.motion.position;
+    let [first, last] = standing
+        .extent()
+        .map(|corner| body.motion.position - corner);
     let (low, high) = (
-        (-(separation + extent) / sides).ceil(),
-        ((extent - separation) / sides).floor(),
+        ((last - reach) / sides).ceil(),
+        ((first + reach) / sides).floor(),
     );
     for row in low.y as i64..=high.y as i64 {
         for column in low.x as i64..=high.x as i64 {
@@ -223,4 +223,33 @@ fn diameter(body: &Body) -> f64 {
         return 2.0 * molecule.mean_half_width();
     }
     2.0 * body.smallest_atom()
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use crate::{run::simulation::Simulation, scene::Scene};
+
+    /// The wall lies from 0.05 to 0.45, beyond the border of the box as seen from its pivot.
+    #[test]
+    fn an_overlap_with_a_wall_far_from_its_pivot_is_found() {
+        let scene = Scene::from_toml(
+            "[[wall]]\nfrom = [0.05, 0.5]\nto = [0.45, 0.5]\nmotion = { turn = 1.0, about = [0.95, 0.5] }\n\
+             [[molecule]]\natoms = [{ at = [0, 0], radius = 0.02, mass = 1.0 }]\nat = [0.4, 0.9]",
+        )
+        .unwrap();
+        let mut simulation = Simulation::new(&scene).unwrap();
+        assert_eq!(simulation.view().overlaps().pairs, 0);
+        let disc = (simulation.world.bodies.iter())
+            .position(|body| !body.is_fixed())
+            .unwrap();
+        simulation.world.motions[disc].position = DVec2::new(0.4, 0.51);
+        let overlaps = simulation.view().overlaps();
+        assert_eq!(overlaps.pairs, 1);
+        assert!(
+            (overlaps.deepest_length - 0.01).abs() < 1e-12,
+            "{overlaps:?}"
+        );
+    }
 }

@@ -21,16 +21,15 @@ const SIDES_OF_CIRCLE: f64 = 180.0;
 /// cell out.
 const MARGIN: f64 = 1e-9;
 
-/// A wall in its home image: the position of its edge, and the cells that it passes. A curved wall
-/// has its centre in that of its circle.
+/// A wall in its home image: the position of its edge, and the cells that it passes.
 #[derive(Debug, Clone, Copy)]
 pub struct StandingWall {
-    /// The origin of its frame (length): its middle, or the pivot about which it turns.
+    /// The origin of its frame (length): the middle of a straight wall, the pivot about which it
+    /// turns, or the centre of an arc.
     origin: DVec2,
     /// Its middle (length).
     centre: DVec2,
-    /// Half of its length, from the centre to the second end (length); of a curved wall half the
-    /// sides of the square around its circle.
+    /// Half of the length of a straight wall, from the middle to the second end (length).
     half: DVec2,
     edge: Edge,
     /// (cos, sin) of its orientation.
@@ -42,13 +41,9 @@ impl StandingWall {
     pub fn new(body: &Body, motion: &Motion) -> Option<Self> {
         let edge = *body.molecule().wall_edge()?;
         let rotation = motion.orientation.cos_sin();
-        let half = if edge.bend().is_some() {
-            DVec2::splat(edge.reach())
-        } else {
-            edge.half_length() * rotation.rotate(edge.along())
-        };
+        let half = edge.half_length() * rotation.rotate(edge.along());
         let middle = edge.middle();
-        let centre = if middle == DVec2::ZERO || edge.bend().is_some() {
+        let centre = if middle == DVec2::ZERO {
             motion.position
         } else {
             motion.position + rotation.rotate(middle)
@@ -78,13 +73,17 @@ impl StandingWall {
         self.centre
     }
 
-    /// Both ends (length); of a curved wall, opposite corners of the square around its circle.
+    /// Both ends of a straight wall (length).
     pub fn ends(&self) -> [DVec2; 2] {
         [self.centre - self.half, self.centre + self.half]
     }
 
-    /// The corners of the smallest rectangle along the axes that holds its line (length).
+    /// The corners of a rectangle along the axes that holds its line (length): the smallest one of a
+    /// straight wall, and that of the whole circle of an arc.
     pub fn extent(&self) -> [DVec2; 2] {
+        if let Some(bend) = self.edge.bend() {
+            return [self.origin - bend.radius(), self.origin + bend.radius()];
+        }
         let [first, second] = self.ends();
         [first.min(second), first.max(second)]
     }
@@ -98,7 +97,7 @@ impl StandingWall {
                 let pieces = (SIDES_OF_CIRCLE * bend.half_angle() / std::f64::consts::PI).ceil();
                 let points = bend.points(pieces as u32);
                 points
-                    .map(|point| self.centre + self.rotation.rotate(point))
+                    .map(|point| self.origin + self.rotation.rotate(point))
                     .collect()
             }
         }
@@ -162,15 +161,7 @@ impl StandingWall {
         }
         cells
     }
-}
 
-/// The largest speed of a point of a wall (length per time).
-pub(crate) fn wall_speed(body: &Body, motion: &Motion) -> f64 {
-    let rim = motion.angular_velocity.abs() * body.molecule().bounding_radius();
-    motion.velocity.length() + rim
-}
-
-impl StandingWall {
     /// [`Self::cells_within`] of a curved wall: of each row of cells those between two circles
     /// about the centre, unless the arc is farther from them than their half diagonal.
     fn cells_of_arc(&self, reach: f64, side: DVec2) -> Vec<[i64; 2]> {
@@ -180,8 +171,8 @@ impl StandingWall {
         let half_diagonal = 0.5 * side.length();
         let index = |x: f64, side: f64| (x / side).floor() as i64;
         let mut cells = Vec::new();
-        for row in index(self.centre.y - outer, side.y)..=index(self.centre.y + outer, side.y) {
-            let [low, high] = [row, row + 1].map(|row| row as f64 * side.y - self.centre.y);
+        for row in index(self.origin.y - outer, side.y)..=index(self.origin.y + outer, side.y) {
+            let [low, high] = [row, row + 1].map(|row| row as f64 * side.y - self.origin.y);
             let nearest = low.max(-high).max(0.0);
             let farthest = low.abs().max(high.abs());
             let half_width = (outer * outer - nearest * nearest).max(0.0).sqrt();
@@ -192,10 +183,10 @@ impl StandingWall {
             };
             let mut add = |from: f64, to: f64| {
                 for column in
-                    index(self.centre.x + from, side.x)..=index(self.centre.x + to, side.x)
+                    index(self.origin.x + from, side.x)..=index(self.origin.x + to, side.x)
                 {
                     let middle = (DVec2::new(column as f64, row as f64) + 0.5) * side;
-                    let nearest = self.edge.nearest(back.rotate(middle - self.centre));
+                    let nearest = self.edge.nearest(back.rotate(middle - self.origin));
                     if nearest.distance.abs() <= reach + half_diagonal {
                         cells.push([column, row]);
                     }
@@ -210,6 +201,12 @@ impl StandingWall {
         }
         cells
     }
+}
+
+/// The largest speed of a point of a wall (length per time).
+pub(crate) fn wall_speed(body: &Body, motion: &Motion) -> f64 {
+    let rim = motion.angular_velocity.abs() * body.molecule().bounding_radius();
+    motion.velocity.length() + rim
 }
 
 /// Wraps the index of a cell of any image into the box of `counts` cells, and returns the image in
