@@ -103,31 +103,20 @@ pub(crate) fn rate_error_at_arc(
     edge: &Edge,
     bend: &Bend,
 ) -> f64 {
-    let error = EdgeErrorBound::new(motion, body, atom, edge);
-    let spin = motion.angular_velocity[body].abs();
-    let speed = motion.velocity.length();
-    let top = speed + spin * atom.arm;
-    let radius = (bend.radius() - (edge.radius() + atom.radius)).max(f64::MIN_POSITIVE);
-    let inside = of_rate(error.at(0.0), [spin, top], radius, bend, motion);
-    if bend.is_one_sided() {
-        return inside;
-    }
-    let spins = [body, 1 - body].map(|one| {
-        if one == body {
-            motion.angular_velocity[one]
-        } else {
-            0.0
-        }
+    let (spins, speed) = (motion.angular_velocity, motion.velocity.length());
+    let radius = bend.radius() - (edge.radius() + atom.radius);
+    let inside = (radius > 0.0).then(|| {
+        let error = EdgeErrorBound::new(motion, body, atom, edge).at(0.0);
+        let spin = spins[body].abs();
+        of_rate(error, [spin, speed + spin * atom.arm], radius, bend, motion)
     });
-    let circles = arc_and_atom(body, *atom, edge, bend);
-    let outer = ErrorBound::of_circles(motion, speed, spins, &circles);
-    let at_contact = circles[0].radius + circles[1].radius;
-    let outside = outer.of_rate(0.0, at_contact);
-    if inside.is_finite() {
-        inside.max(outside)
-    } else {
-        outside
-    }
+    let outside = (!bend.is_one_sided()).then(|| {
+        let circles = arc_and_atom(body, *atom, edge, bend);
+        let at_contact = circles[0].radius + circles[1].radius;
+        ErrorBound::of_circles(motion, speed, spins, &circles).of_rate(0.0, at_contact)
+    });
+    let faces = inside.into_iter().chain(outside);
+    faces.reduce(f64::max).unwrap_or(f64::INFINITY)
 }
 
 /// E' (Lemma 8) with the error E of the gap, |ω_P| and L, and R.
@@ -284,7 +273,6 @@ impl GapFunction for InnerFace<'_> {
                 + (self.centripetal + spin * spin * arc.bend.radius()) * of_place)
                 / radius;
         let rate = -pose.place.dot(velocity) / radius;
-        let least = second - second_error;
         Gap {
             value: (radius - distance) * (radius + distance) / (2.0 * radius),
             rate,
@@ -292,14 +280,7 @@ impl GapFunction for InnerFace<'_> {
             slowness: 1.0 / (rate_error - rate),
             error,
             rate_error,
-            curvature: Curvature {
-                along_normal: least,
-                of_gap: least,
-                jerk: self.jerk,
-                gap_jerk: self.jerk,
-                upwards: self.largest,
-                ..Curvature::at_most(self.largest)
-            },
+            curvature: Curvature::of_smooth_gap(self.largest, second - second_error, self.jerk),
         }
     }
 

@@ -431,15 +431,7 @@ impl<'a> EdgePair<'a> {
     /// The curvature of the excess in a direction (Lemma 3), with the error E.
     fn curvature(&self, pose: &EdgePose, excess: &Excess, error: f64) -> Curvature {
         let second_error = self.second_error(pose.time, error);
-        let least = excess.second - second_error;
-        Curvature {
-            along_normal: least,
-            of_gap: least,
-            jerk: self.jerk,
-            gap_jerk: self.jerk,
-            upwards: self.largest,
-            ..Curvature::at_most(self.largest)
-        }
+        Curvature::of_smooth_gap(self.largest, excess.second - second_error, self.jerk)
     }
 
     /// The step to the time at which the disc of radius r + s about the centre of P may reach the

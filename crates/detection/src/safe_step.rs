@@ -43,6 +43,19 @@ impl Curvature {
         }
     }
 
+    /// For a gap whose second derivative is at least `least` now, at most `largest` in magnitude at
+    /// all times, and changes at most at the rate `jerk`.
+    pub(crate) fn of_smooth_gap(largest: f64, least: f64, jerk: f64) -> Self {
+        Self {
+            along_normal: least,
+            of_gap: least,
+            jerk,
+            gap_jerk: jerk,
+            upwards: largest,
+            ..Self::at_most(largest)
+        }
+    }
+
     /// The least known k for which gap + rate h − k h²/2 is a lower bound of the gap up to `h`. It
     /// can be negative.
     ///

@@ -1,12 +1,12 @@
 //! Contacts with arcs: known times, random bodies against their gap, and grazes.
 
-use carom_geometry::{Atom, Bend, Molecule, gap_between};
+use carom_geometry::{Atom, Bend, Molecule, Shape, gap_between};
 use carom_kinematics::{Orientation, RelativeMotion};
 use glam::DVec2;
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use crate::{BoundingCircles, Contact, Detection, Exact, Outcome, Part, Touch};
+use crate::{BoundingCircles, Contact, Detection, Exact, Outcome, Part, Touch, resolved_speed};
 
 /// Arcs of any angle, circles, and cavities, of some thickness or none.
 fn arcs() -> impl Strategy<Value = Molecule> {
@@ -42,7 +42,7 @@ fn molecules() -> impl Strategy<Value = Molecule> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 600, max_global_rejects: 1 << 20, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: ProptestConfig::default().cases.max(600), max_global_rejects: 1 << 20, ..ProptestConfig::default() })]
 
     /// Nothing overlaps before the contact, and at the contact the gap is 0 to rounding.
     #[test]
@@ -164,4 +164,24 @@ fn a_disc_skips_along_the_inside_of_a_circle_on_equal_chords() {
             );
         }
     }
+}
+
+#[test]
+fn the_bound_on_the_closing_speed_at_an_arc_does_not_depend_on_the_order_of_the_bodies() {
+    let arc = Molecule::arc(Bend::new(1.0, [-1.0, 1.0]).unwrap(), 0.0).unwrap();
+    let dumbbell = Molecule::named(Shape::Dumbbell, 0.1, 1.0).unwrap();
+    let motion = RelativeMotion {
+        angular_velocity: [0.0, 50.0],
+        ..RelativeMotion::exactly(DVec2::new(1.2, 0.0), DVec2::NEG_X)
+    };
+    let touch = Touch::EdgeOfA {
+        edge: 0,
+        part: Part::Atom(0),
+    };
+    let (a, b) = (arc.outline(), dumbbell.outline());
+    let bound = resolved_speed(a, b, &motion, touch, DVec2::X);
+    let exchanged = resolved_speed(b, a, &motion.exchanged(), touch.exchanged(), DVec2::NEG_X);
+    assert_eq!(bound, exchanged);
+    // The atom moves at 1 and turns at 5, with errors of some roundings of both.
+    assert!(bound > 5.0 * f64::EPSILON && bound < 1e-11, "{bound:e}");
 }
