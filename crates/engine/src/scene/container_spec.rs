@@ -102,22 +102,26 @@ pub struct MushroomSpec {
 
 /// A cavity of valid lengths.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Cavity {
-    Circle {
-        at: DVec2,
-        radius: f64,
-    },
+pub(crate) struct Cavity {
+    /// Centre of the circle, of the stadium or of the half circle (length).
+    at: DVec2,
+    /// Radius of the arcs (length).
+    radius: f64,
+    table: Table,
+}
+
+/// What a cavity has besides its arcs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Table {
+    Circle,
     Stadium {
-        at: DVec2,
-        radius: f64,
         /// Half the length of the straight sides.
         half: f64,
     },
     Mushroom {
-        at: DVec2,
-        radius: f64,
-        /// Half the width of the stem.
+        /// Half the width of the stem (length).
         half: f64,
+        /// Height of the stem (length).
         height: f64,
     },
 }
@@ -129,15 +133,15 @@ impl Scene {
         walls.chain(self.container.iter().map(|container| &container.tags))
     }
 
-    /// Number of walls, with those of the containers.
+    /// Number of walls, with those of valid containers.
     pub fn wall_count(&self) -> usize {
-        let of_container = |container: &ContainerSpec| match (container.stadium, container.mushroom)
-        {
-            (None, None) => 1,
-            (Some(_), _) => 4,
-            (None, Some(_)) => 6,
-        };
-        self.wall.len() + self.container.iter().map(of_container).sum::<usize>()
+        let sides = DVec2::from(self.bounds.sides);
+        let cavities = self
+            .container
+            .iter()
+            .map(|container| container.cavity(sides));
+        let of_containers = cavities.flatten().map(|cavity| cavity.walls().len());
+        self.wall.len() + of_containers.sum::<usize>()
     }
 
     /// Whether a wall has a temperature.
@@ -156,51 +160,30 @@ impl ContainerSpec {
     /// # Errors
     /// What is wrong with it.
     pub(crate) fn cavity(&self, sides: DVec2) -> Result<Cavity, String> {
-        let cavity = match (self.circle, self.stadium, self.mushroom) {
-            (Some(CircleSpec { at, radius }), None, None) => Cavity::Circle {
-                at: at.into(),
-                radius,
-            },
-            (
-                None,
-                Some(StadiumSpec {
-                    at,
-                    radius,
-                    straight,
-                }),
-                None,
-            ) => Cavity::Stadium {
-                at: at.into(),
-                radius,
-                half: 0.5 * straight,
-            },
-            (None, None, Some(MushroomSpec { at, radius, stem })) => Cavity::Mushroom {
-                at: at.into(),
-                radius,
-                half: 0.5 * stem[0],
-                height: stem[1],
-            },
+        let (at, radius, table, lengths) = match (self.circle, self.stadium, self.mushroom) {
+            (Some(circle), None, None) => (circle.at, circle.radius, Table::Circle, vec![]),
+            (None, Some(stadium), None) => {
+                let half = 0.5 * stadium.straight;
+                let lengths = vec![stadium.straight];
+                (stadium.at, stadium.radius, Table::Stadium { half }, lengths)
+            }
+            (None, None, Some(mushroom)) => {
+                let [width, height] = mushroom.stem;
+                let half = 0.5 * width;
+                let table = Table::Mushroom { half, height };
+                (mushroom.at, mushroom.radius, table, vec![width, height])
+            }
             _ => return Err("give one of `circle`, `stadium` and `mushroom`".to_owned()),
         };
-        let (at, lengths) = match cavity {
-            Cavity::Circle { at, radius } => (at, vec![radius]),
-            Cavity::Stadium { at, radius, half } => (at, vec![radius, half]),
-            Cavity::Mushroom {
-                at,
-                radius,
-                half,
-                height,
-            } => (at, vec![radius, half, height]),
-        };
-        if let Some(wrong) = lengths
-            .iter()
-            .find(|length| !(MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(*length))
-        {
+        let at = DVec2::from(at);
+        let is_length = |length: &&f64| (MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(*length);
+        let mut all = std::iter::once(&radius).chain(&lengths);
+        if let Some(wrong) = all.find(|length| !is_length(length)) {
             return Err(format!(
                 "the lengths of a container must be from {MIN_MAGNITUDE:e} to {MAX_MAGNITUDE:e}, but one is {wrong:?}"
             ));
         }
-        if let Cavity::Mushroom { radius, half, .. } = cavity
+        if let Table::Mushroom { half, .. } = table
             && half >= radius
         {
             return Err(format!(
@@ -209,6 +192,7 @@ impl ContainerSpec {
                 2.0 * half
             ));
         }
+        let cavity = Cavity { at, radius, table };
         let [low, high] = cavity.extent();
         let is_inside = |place: DVec2| place.is_finite() && place.abs().max_element() < 1e9;
         if !(is_inside(at) && (high - low).cmple(sides * (1.0 + 1e-9)).all()) {
@@ -251,9 +235,10 @@ impl Cavity {
             to: Some(to.to_array()),
             ..WallSpec::default()
         };
-        match self {
-            Self::Circle { at, radius } => vec![arc(at, radius, [0.0, 2.0 * PI])],
-            Self::Stadium { at, radius, half } => {
+        let Self { at, radius, table } = self;
+        match table {
+            Table::Circle => vec![arc(at, radius, [0.0, 2.0 * PI])],
+            Table::Stadium { half } => {
                 let (right, left) = (at + half * DVec2::X, at - half * DVec2::X);
                 let up = radius * DVec2::Y;
                 vec![
@@ -263,12 +248,7 @@ impl Cavity {
                     line(left - up, right - up),
                 ]
             }
-            Self::Mushroom {
-                at,
-                radius,
-                half,
-                height,
-            } => {
+            Table::Mushroom { half, height } => {
                 let (rim, stem) = (radius * DVec2::X, half * DVec2::X);
                 let foot = at - height * DVec2::Y;
                 vec![
@@ -285,29 +265,22 @@ impl Cavity {
 
     /// Its lower left and its upper right corner (length).
     pub(crate) fn extent(self) -> [DVec2; 2] {
-        match self {
-            Self::Circle { at, radius } => [at - radius, at + radius],
-            Self::Stadium { at, radius, half } => {
-                let reach = DVec2::new(half + radius, radius);
-                [at - reach, at + reach]
-            }
-            Self::Mushroom {
-                at, radius, height, ..
-            } => [at - DVec2::new(radius, height), at + DVec2::splat(radius)],
-        }
+        let Self { at, radius, table } = self;
+        let [down, up] = match table {
+            Table::Circle => [DVec2::splat(radius); 2],
+            Table::Stadium { half } => [DVec2::new(half + radius, radius); 2],
+            Table::Mushroom { height, .. } => [DVec2::new(radius, height), DVec2::splat(radius)],
+        };
+        [at - down, at + up]
     }
 
     /// Its area (length²).
     pub(crate) fn area(self) -> f64 {
-        match self {
-            Self::Circle { radius, .. } => PI * radius * radius,
-            Self::Stadium { radius, half, .. } => PI * radius * radius + 4.0 * half * radius,
-            Self::Mushroom {
-                radius,
-                half,
-                height,
-                ..
-            } => FRAC_PI_2 * radius * radius + 2.0 * half * height,
+        let circle = PI * self.radius * self.radius;
+        match self.table {
+            Table::Circle => circle,
+            Table::Stadium { half } => circle + 4.0 * half * self.radius,
+            Table::Mushroom { half, height } => 0.5 * circle + 2.0 * half * height,
         }
     }
 
@@ -315,26 +288,12 @@ impl Cavity {
     pub(crate) fn contains(self, bounds: &PeriodicBox, place: DVec2) -> bool {
         let [low, high] = self.extent();
         let middle = 0.5 * (low + high);
-        let beyond = place - middle;
-        let place = middle + (beyond - bounds.sides() * (beyond / bounds.sides()).round());
-        match self {
-            Self::Circle { at, radius } => place.distance(at) <= radius,
-            Self::Stadium { at, radius, half } => {
-                let from_middle = (place - at).abs();
-                DVec2::new((from_middle.x - half).max(0.0), from_middle.y).length() <= radius
-            }
-            Self::Mushroom {
-                at,
-                radius,
-                half,
-                height,
-            } => {
-                let from_cap = place - at;
-                let is_in_stem = from_cap.x.abs() <= half && from_cap.y >= -height;
-                (from_cap.y >= 0.0 || is_in_stem)
-                    && from_cap.length() <= radius.max(half.hypot(height))
-                    && (from_cap.y < 0.0 || from_cap.length() <= radius)
-            }
+        let from_centre = middle + bounds.nearest_image(place - middle) - self.at;
+        let DVec2 { x, y } = from_centre;
+        match self.table {
+            Table::Stadium { half } => (x.abs() - half).max(0.0).hypot(y) <= self.radius,
+            Table::Mushroom { half, height } if y < 0.0 => x.abs() <= half && y >= -height,
+            Table::Circle | Table::Mushroom { .. } => from_centre.length() <= self.radius,
         }
     }
 }

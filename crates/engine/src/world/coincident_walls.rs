@@ -33,15 +33,9 @@ pub(crate) fn coincident_wall(
 /// Whether two walls of the same thickness share a part of some length, if their centres differ by
 /// `offset` (length) or by that and any number of boxes.
 fn lie_together(one: &Edge, other: &Edge, offset: DVec2, bounds: &PeriodicBox) -> bool {
-    if let (Some(one_bend), Some(other_bend)) = (one.bend(), other.bend()) {
-        let (apart, size) = (
-            offset - bounds.sides() * (offset / bounds.sides()).round(),
-            one_bend.radius(),
-        );
-        return one_bend == other_bend && apart.length() <= rounding_bound(bounds.sides(), size);
-    }
     if one.bend().is_some() || other.bend().is_some() {
-        return false;
+        let apart = bounds.nearest_image(offset).length();
+        return one.bend() == other.bend() && apart <= rounding_bound(bounds.sides(), one.reach());
     }
     let (sides, lengths) = (
         bounds.sides(),
