@@ -295,8 +295,11 @@ fn a_thermal_wall_that_moves_draws_in_its_own_frame() {
     simulation.observe_until(30.0, &mut sums).unwrap();
     let after = simulation.view().ledger();
     let [heat, work] = [after.heat - ledger.heat, after.work - ledger.work];
-    assert!((sums.0.heat() - heat).abs() < 1e-9, "{heat}");
-    assert!((sums.1.work() - work).abs() < 1e-9 && work != 0.0, "{work}");
+    assert!((sums.0.energy() - heat).abs() < 1e-9, "{heat}");
+    assert!(
+        (sums.1.energy() - work).abs() < 1e-9 && work != 0.0,
+        "{work}"
+    );
 }
 
 #[test]

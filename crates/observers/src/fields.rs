@@ -711,7 +711,7 @@ mod tests {
         // What the wall gives flows away from it on both sides.
         let half = |currents: &[f64]| currents.iter().sum::<f64>() / 4.0;
         let [left, right] = [half(&currents[..4]), half(&currents[4..])];
-        let given = heat.heat() / heat.duration();
+        let given = heat.energy() / heat.duration();
         assert!(
             given > 0.0 && ((right - left) / given - 1.0).abs() < 0.1,
             "{left} {right} {given}"

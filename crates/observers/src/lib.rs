@@ -114,9 +114,8 @@ mod test_scenes;
 mod thermostat_ledger;
 mod time_correlation;
 mod velocity_distribution;
-mod wall_heat;
+mod wall_energy;
 mod wall_pressure;
-mod wall_work;
 
 pub use body_frame_diffusion::{BodyFrameDiffusion, BodyFramePoint};
 pub use collision_rate::{CollisionRate, RatePoint};
@@ -158,9 +157,8 @@ pub use temperature::{TemperatureByTag, TemperaturePoint};
 pub use thermostat_ledger::{HeatOfTag, ThermostatLedger, ThermostatPoint};
 pub use time_correlation::{CorrelationPoint, TimeCorrelation};
 pub use velocity_distribution::{SpeedMoments, VelocityDistribution, VelocityPoint};
-pub use wall_heat::{WallHeat, WallHeatPoint};
+pub use wall_energy::{FromWalls, Heat, WallEnergy, WallEnergyPoint, WallHeat, WallWork, Work};
 pub use wall_pressure::{WallLayer, WallPressure, WallsAcross, WallsError};
-pub use wall_work::{WallWork, WallWorkPoint};
 
 pub use carom_tables::Estimate;
 // Parts that pictures and reports of runs share; no user of the library needs them.

@@ -299,6 +299,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
             elasticity: Elasticity::ELASTIC,
             image,
             points: 1,
+            work: 0.0,
         };
         if let Some(observer) = &mut self.observer {
             observer.collision(&report);
@@ -383,6 +384,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
                 elasticity: resolved.elasticity,
                 image,
                 points: resolved.points,
+                work: resolved.work,
                 drag: self.world.clock.drag(),
             });
         }

@@ -81,6 +81,8 @@ pub struct CollisionReport<'a> {
     /// Number of points at which the two bodies touch: 1, but for bodies that meet flat or in a
     /// notch.
     pub points: u32,
+    /// Work of a wall that moves on the other body (mass × length² / time²); 0 without one.
+    pub work: f64,
     /// The drag γ of all bodies (1/time): between contacts their velocities fall as exp(−γ t).
     pub drag: f64,
 }

@@ -78,8 +78,8 @@ impl StandingWall {
         [self.centre - self.half, self.centre + self.half]
     }
 
-    /// The corners of a rectangle along the axes that holds its line (length): the smallest one of a
-    /// straight wall, and that of the whole circle of an arc.
+    /// The corners of a rectangle along the axes that holds its line (length): the smallest one of
+    /// a straight wall, and that of the whole circle of an arc.
     pub fn extent(&self) -> [DVec2; 2] {
         if let Some(bend) = self.edge.bend() {
             return [self.origin - bend.radius(), self.origin + bend.radius()];

@@ -49,9 +49,8 @@ mod tracked;
 mod transport;
 mod velocities;
 mod viscosity;
-mod wall_heat;
+mod wall_energy;
 mod wall_pressure;
-mod wall_work;
 
 use anyhow::Result;
 use carom::{
@@ -113,9 +112,9 @@ pub const KINDS: [MeasureKind; 36] = [
     drift::KIND,
     running_average::KIND,
     thermostat::KIND,
-    wall_heat::KIND,
+    wall_energy::HEAT,
     wall_pressure::KIND,
-    wall_work::KIND,
+    wall_energy::WORK,
     impulses::KIND,
     events::KIND,
 ];
