@@ -39,7 +39,7 @@ pub(crate) struct AtomPair<'a> {
 pub(crate) struct PairPose {
     at: Pose,
     /// d
-    d: DVec2,
+    pub(crate) d: DVec2,
     /// Arms of both circles in their present orientation.
     arms: [DVec2; 2],
 }

@@ -91,15 +91,15 @@ pub(crate) struct EdgePose {
     pub(crate) arm: DVec2,
     /// e
     along: DVec2,
-    outwards: AxisSide,
-    endwards: AxisSide,
+    pub(crate) outwards: AxisSide,
+    pub(crate) endwards: AxisSide,
 }
 
 /// A direction, and the coordinate of the middle of the edge in it: the normal on the atom's side,
 /// or the direction along the edge to the nearer end.
 #[derive(Clone, Copy)]
-struct AxisSide {
-    direction: DVec2,
+pub(crate) struct AxisSide {
+    pub(crate) direction: DVec2,
     middle: f64,
 }
 
@@ -137,7 +137,7 @@ impl<'a> EdgePair<'a> {
     }
 
     /// The pair while |X + V t| ≤ `reach` (length).
-    fn within(
+    pub(crate) fn within(
         flight: &'a Flight<'a>,
         body: usize,
         atom: Circle,
@@ -429,7 +429,7 @@ impl<'a> EdgePair<'a> {
     }
 
     /// The curvature of the excess in a direction (Lemma 3), with the error E.
-    fn curvature(&self, pose: &EdgePose, excess: &Excess, error: f64) -> Curvature {
+    pub(crate) fn curvature(&self, pose: &EdgePose, excess: &Excess, error: f64) -> Curvature {
         let second_error = self.second_error(pose.time, error);
         Curvature::of_smooth_gap(self.largest, excess.second - second_error, self.jerk)
     }

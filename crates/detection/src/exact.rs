@@ -37,17 +37,19 @@
 //!    their sides ([`lines`](crate::lines)).
 //! 7. **Ellipses.** Convex parts are searched by their support functions, along directions that
 //!    turn ([`support_pair`](crate::support_pair), [`support_edge`](crate::support_edge)).
-//! 8. **Range.** A query that holds NaN, an infinity, or a magnitude whose square could overflow
+//! 8. **Driven bodies.** A pair of which one body is driven is at each time a pair in uniform motion,
+//!    with further bounds on the curvature of its gap ([`driven`](crate::driven)).
+//! 9. **Range.** A query that holds NaN, an infinity, or a magnitude whose square could overflow
 //!    results in [`Outcome::OutOfRange`]. Very slow and very fast pairs are searched in another
 //!    unit of time, in which no product of velocities underflows.
 //!
 //! A half-plane that turns is not searched: the outcome is [`Outcome::Unresolved`] at time 0.
 
 use carom_geometry::Outline;
-use carom_kinematics::RelativeMotion;
+use carom_kinematics::{Drive, RelativeMotion};
 
 use crate::{
-    Answer, Detection, DiscLanes, Outcome, QueryBody, SearchWindow, Trace, edges, ellipses,
+    Answer, Detection, DiscLanes, Outcome, QueryBody, SearchWindow, Trace, driven, edges, ellipses,
     flight::Flight,
     molecule_pair::{straight, turning},
     range::{OUT_OF_RANGE, Unit, faster, later, unit},
@@ -102,6 +104,26 @@ impl Detection for Exact {
 
     fn searches_curves(&self) -> bool {
         true
+    }
+
+    fn searches_driven_bodies(&self) -> bool {
+        true
+    }
+
+    fn first_contact_driven(
+        &self,
+        begin: f64,
+        bodies: [Outline<'_>; 2],
+        motion: &RelativeMotion,
+        drive: (&Drive, f64),
+        horizon: f64,
+    ) -> Answer {
+        let [a, b] = bodies;
+        if matches!(unit(a, b, motion, horizon), Unit::OutOfRange) {
+            return OUT_OF_RANGE;
+        }
+        let horizon = horizon.min(f64::MAX);
+        driven::first_contact((), self.most_steps, begin, bodies, motion, drive, horizon)
     }
 
     #[inline]

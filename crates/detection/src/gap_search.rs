@@ -100,6 +100,7 @@ use crate::{
 };
 
 /// The gap between two parts at one time, its derivatives, and bounds on their rounding.
+#[derive(Clone, Copy)]
 pub(crate) struct Gap {
     /// g (length).
     pub(crate) value: f64,

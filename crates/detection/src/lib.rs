@@ -65,6 +65,7 @@ mod circle_descent;
 mod convex_parts;
 mod crop;
 mod disc;
+mod driven;
 mod edge_error;
 mod edge_pair;
 mod edges;
@@ -119,7 +120,7 @@ pub use skimming::{SearchWindow, skim};
 pub use trace::{MAX_RECORDED, Parts, Phase, SearchStep, Trace};
 
 use carom_geometry::{Atom, Outline};
-use carom_kinematics::RelativeMotion;
+use carom_kinematics::{Drive, RelativeMotion};
 use glam::DVec2;
 
 /// Detection of the first contact of two moving bodies before a horizon.
@@ -195,6 +196,32 @@ pub trait Detection: Sync {
     {
         let _ = (query, lanes, horizon);
         0.0
+    }
+
+    /// Returns the first contact of a pair of which B has a drive from `from` (time) on, beside its
+    /// uniform motion relative to A; it is certified free before `begin` (time).
+    ///
+    /// `motion` holds what the drive has added to position and velocity before. The default is
+    /// [`Outcome::Unresolved`] at time 0.
+    fn first_contact_driven(
+        &self,
+        begin: f64,
+        bodies: [Outline<'_>; 2],
+        motion: &RelativeMotion,
+        drive: (&Drive, f64),
+        horizon: f64,
+    ) -> Answer {
+        let _ = (begin, bodies, motion, drive, horizon);
+        Answer {
+            outcome: Outcome::Unresolved(0.0),
+            evaluations: 0,
+        }
+    }
+
+    /// Whether driven bodies are searched ([`Self::first_contact_driven`]), but for those with
+    /// arcs.
+    fn searches_driven_bodies(&self) -> bool {
+        false
     }
 
     /// Whether ellipses and arcs are searched; else every search that concerns one ends as

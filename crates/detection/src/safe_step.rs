@@ -5,6 +5,7 @@ use glam::DVec2;
 use crate::tolerance::{MAX_DOUBLINGS, MIN_SQUARE, STEP_MARGIN};
 
 /// Bounds on the downward curvature of a gap.
+#[derive(Clone, Copy)]
 pub(crate) struct Curvature {
     /// K: −n·d'' ≤ K at all times.
     pub(crate) largest: f64,

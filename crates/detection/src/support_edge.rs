@@ -64,7 +64,7 @@ pub(crate) struct SupportEdgePose {
     arm: DVec2,
     /// D
     d: DVec2,
-    facing: EdgeTangents,
+    pub(crate) facing: EdgeTangents,
 }
 
 impl<'a, P: Support> SupportEdgePair<'a, P> {
@@ -76,9 +76,22 @@ impl<'a, P: Support> SupportEdgePair<'a, P> {
         offset: DVec2,
         edge: &'a Edge,
     ) -> Self {
+        Self::within(flight, body, part, offset, edge, 0.0)
+    }
+
+    /// The pair while the centres of mass are at most this length, or the largest one in contact,
+    /// apart.
+    pub(crate) fn within(
+        flight: &'a Flight<'a>,
+        body: usize,
+        part: &'a P,
+        offset: DVec2,
+        edge: &'a Edge,
+        reach: f64,
+    ) -> Self {
         let spins = [flight.spin[body], flight.spin[1 - body]];
         let arm = offset.length();
-        let reach = edge.reach() + edge.radius() + arm + part.reach();
+        let reach = reach.max(edge.reach() + edge.radius() + arm + part.reach());
         let circle = Circle {
             offset,
             // Each point turns about the centre of mass; twice the size covers the roundings of h.

@@ -90,7 +90,7 @@ const FAR: f64 = 1e-4;
 pub(crate) struct SupportPose {
     at: Pose,
     arms: [DVec2; 2],
-    facing: FacingTangents,
+    pub(crate) facing: FacingTangents,
 }
 
 impl<'a, A: Support, B: Support> SupportPair<'a, A, B> {

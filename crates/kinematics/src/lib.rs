@@ -27,6 +27,7 @@
 
 mod conserved;
 mod drag_clock;
+mod drive;
 mod epoch_time;
 mod error_free;
 mod motion;
@@ -35,6 +36,7 @@ mod relative_motion;
 
 pub use conserved::{Inertia, angular_momentum, kinetic_energy, momentum};
 pub use drag_clock::DragClock;
+pub use drive::{Deviation, Drive, DriveBounds};
 pub use epoch_time::EpochTime;
 pub use motion::Motion;
 pub use orientation::Orientation;

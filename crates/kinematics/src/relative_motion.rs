@@ -113,7 +113,7 @@ impl RelativeMotion {
 }
 
 /// |x| + |y|, an upper bound of the length without a square root.
-fn one_norm(v: DVec2) -> f64 {
+pub(crate) fn one_norm(v: DVec2) -> f64 {
     v.x.abs() + v.y.abs()
 }
 

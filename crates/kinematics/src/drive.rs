@@ -1,0 +1,265 @@
+//! The motion of a driven body: how it deviates from uniform motion.
+
+use std::ops::Neg;
+
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+
+use crate::{HALF_ULP, Motion, Orientation, RelativeMotion, relative_motion::one_norm};
+
+/// A displacement w(t) = ½ g t² + A sin(Ω t + φ) that is added to the uniform motion of a body: a
+/// constant acceleration, an oscillation, or both.
+///
+/// ```
+/// use carom_kinematics::{Drive, Motion, Orientation};
+/// use glam::DVec2;
+///
+/// // A wall that oscillates by 0.1 about y = 0.5, and passes it upwards at time 0.
+/// let drive = Drive::oscillation(0.1 * DVec2::Y, 2.0, Orientation::default());
+/// let wall = Motion::at_rest(DVec2::new(0.0, 0.5));
+/// let quarter = drive.applied(&wall, std::f64::consts::FRAC_PI_4);
+/// assert!((quarter.position.y - 0.6).abs() < 1e-16 && quarter.velocity.y.abs() < 1e-16);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[doc(alias = "oscillating wall")]
+#[doc(alias = "shaker")]
+pub struct Drive {
+    /// g (length per time squared)
+    acceleration: DVec2,
+    /// A (length)
+    amplitude: DVec2,
+    /// Ω (radians per time)
+    frequency: f64,
+    /// φ at time 0.
+    phase: Orientation,
+}
+
+/// How a motion deviates from uniform motion after some time.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Deviation {
+    /// Of the position (length).
+    pub position: DVec2,
+    /// Of the velocity (length per time).
+    pub velocity: DVec2,
+    /// The acceleration (length per time squared).
+    pub acceleration: DVec2,
+    /// Bound on the rounding of the position (length).
+    pub position_error: f64,
+    /// Bound on the rounding of the velocity (length per time).
+    pub velocity_error: f64,
+}
+
+/// Bounds on a drive from some time on.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct DriveBounds {
+    /// On the change of the velocity (length per time).
+    pub velocity: f64,
+    /// On the acceleration (length per time squared).
+    pub acceleration: f64,
+    /// On the rate of the acceleration (length per time cubed).
+    pub jerk: f64,
+}
+
+impl Drive {
+    /// A constant acceleration g (length per time squared), with w and w' = 0 at time 0.
+    pub fn acceleration(acceleration: DVec2) -> Self {
+        Self {
+            acceleration,
+            ..Self::default()
+        }
+    }
+
+    /// An oscillation A sin(Ω t + φ) with the amplitude A (length), the angular frequency Ω
+    /// (radians per time) and the phase φ.
+    pub fn oscillation(amplitude: DVec2, frequency: f64, phase: Orientation) -> Self {
+        Self {
+            amplitude,
+            frequency,
+            phase,
+            ..Self::default()
+        }
+    }
+
+    /// Whether all numbers are finite.
+    pub fn is_finite(&self) -> bool {
+        self.acceleration.is_finite()
+            && self.amplitude.is_finite()
+            && self.frequency.is_finite()
+            && self.phase.turns().is_finite()
+    }
+
+    /// The drive whose time 0 is `time` of this one. What the acceleration has added to position
+    /// and velocity until then becomes a part of the uniform motion.
+    #[must_use]
+    pub fn restarted(&self, time: f64) -> Self {
+        Self {
+            phase: self.phase.turned(self.frequency, time),
+            ..*self
+        }
+    }
+
+    /// w (length).
+    pub fn displacement(&self, time: f64) -> DVec2 {
+        self.amplitude * self.cos_sin(time).y + (0.5 * time * time) * self.acceleration
+    }
+
+    /// The motion at `time` of a body with this drive, whose uniform part is `motion`.
+    pub fn applied(&self, motion: &Motion, time: f64) -> Motion {
+        let there = motion.at(time);
+        let speed = self.frequency * self.cos_sin(time).x;
+        Motion {
+            position: there.position + self.displacement(time),
+            velocity: there.velocity + (self.amplitude * speed + self.acceleration * time),
+            ..there
+        }
+    }
+
+    /// The position and velocity that a body has beyond uniform motion `elapsed` (time) after
+    /// `from`, and its acceleration then.
+    pub fn deviation(&self, from: f64, elapsed: f64) -> Deviation {
+        let mut deviation = Deviation {
+            position: (0.5 * elapsed * elapsed) * self.acceleration,
+            velocity: elapsed * self.acceleration,
+            acceleration: self.acceleration,
+            position_error: 0.0,
+            velocity_error: 0.0,
+        };
+        if self.frequency != 0.0 {
+            let [before, now] = [from, from + elapsed].map(|time| self.cos_sin(time));
+            let turned = self.frequency * elapsed;
+            let [size, speed] = [1.0, self.frequency].map(|power| power * self.amplitude);
+            deviation.position += ((now.y - before.y) - turned * before.x) * size;
+            deviation.velocity += (now.x - before.x) * speed;
+            deviation.acceleration -= (self.frequency * now.y) * speed;
+            // Each angle has a few roundings of itself and of a turn, cosine and sine one more.
+            let angle = self.frequency.abs() * (from.abs() + elapsed);
+            let rounding = HALF_ULP * (8.0 * angle + 32.0);
+            deviation.position_error = rounding * size.length() * (1.0 + turned.abs());
+            deviation.velocity_error = rounding * speed.length();
+        }
+        deviation.position_error += 4.0 * HALF_ULP * deviation.position.length();
+        deviation.velocity_error += 4.0 * HALF_ULP * deviation.velocity.length();
+        deviation
+    }
+
+    /// Bounds for a duration (time).
+    pub fn bounds(&self, duration: f64) -> DriveBounds {
+        let size = self.amplitude.length();
+        let speed = size * self.frequency.abs();
+        let acceleration = speed * self.frequency.abs();
+        let constant = self.acceleration.length();
+        DriveBounds {
+            velocity: (2.0 * speed).min(acceleration * duration) + constant * duration,
+            acceleration: acceleration + constant,
+            jerk: acceleration * self.frequency.abs(),
+        }
+    }
+
+    /// A bound on |w'| until `time` (length per time).
+    pub fn top_speed(&self, time: f64) -> f64 {
+        self.amplitude.length() * self.frequency.abs() + self.acceleration.length() * time
+    }
+
+    /// The largest |w| of the oscillation (length).
+    pub fn amplitude(&self) -> DVec2 {
+        self.amplitude
+    }
+
+    /// (cos, sin) of Ω t + φ
+    fn cos_sin(&self, time: f64) -> DVec2 {
+        self.phase.turned(self.frequency, time).cos_sin()
+    }
+}
+
+impl Neg for Drive {
+    type Output = Self;
+
+    fn neg(self) -> Self {
+        Self {
+            acceleration: -self.acceleration,
+            amplitude: -self.amplitude,
+            ..self
+        }
+    }
+}
+
+impl RelativeMotion {
+    /// The relative motion `elapsed` (time) after this one, which starts at `from`, of a body B with
+    /// a drive relative to A; and the deviation of B.
+    pub fn driven(&self, drive: &Drive, from: f64, elapsed: f64) -> (Self, Deviation) {
+        let deviation = drive.deviation(from, elapsed);
+        let way = self.velocity * elapsed;
+        let separation = self.separation + way + deviation.position;
+        let turns = [0, 1].map(|body| self.angular_velocity[body] * elapsed);
+        let lengths = one_norm(self.separation) + one_norm(deviation.position);
+        let motion = Self {
+            separation,
+            velocity: self.velocity + deviation.velocity,
+            orientation: [0, 1]
+                .map(|body| self.orientation[body].turned(self.angular_velocity[body], elapsed)),
+            angular_velocity: self.angular_velocity,
+            separation_error: self.separation_error
+                + deviation.position_error
+                + HALF_ULP * (2.0 * lengths + 7.0 * one_norm(way)),
+            velocity_error: self.velocity_error
+                + deviation.velocity_error
+                + HALF_ULP * (one_norm(self.velocity) + one_norm(deviation.velocity)),
+            orientation_error: [0, 1].map(|body| {
+                let rounding = if turns[body] == 0.0 {
+                    0.0
+                } else {
+                    HALF_ULP * (5.0 * turns[body].abs() + 4.0)
+                };
+                self.orientation_error[body] + rounding
+            }),
+        };
+        (motion, deviation)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn the_deviation_is_what_uniform_motion_lacks(
+            a in -2.0..2.0f64, g in -2.0..2.0f64, frequency in 0.1..9.0f64, turns in -0.5..0.5f64,
+            from in 0.0..3.0f64, elapsed in 0.0..3.0f64,
+        ) {
+            let drive = Drive {
+                acceleration: DVec2::new(0.0, g),
+                ..Drive::oscillation(DVec2::new(a, -0.5 * a), frequency, Orientation::from_turns(turns))
+            };
+            let body = Motion { velocity: DVec2::new(0.3, 0.1), ..Motion::at_rest(DVec2::ONE) };
+            let [start, end] = [from, from + elapsed].map(|time| drive.applied(&body, time));
+            let deviation = drive.deviation(from, elapsed);
+            let straight = start.at(from + elapsed);
+            let allowed = 1e-15 + 2.0 * deviation.position_error;
+            prop_assert!((end.position - straight.position - deviation.position).abs().max_element() < allowed * 20.0);
+            let allowed = 1e-15 + 2.0 * deviation.velocity_error;
+            prop_assert!((end.velocity - straight.velocity - deviation.velocity).abs().max_element() < allowed * 20.0);
+            let bounds = drive.bounds(elapsed);
+            prop_assert!(deviation.velocity.length() <= bounds.velocity * (1.0 + 1e-12) + 1e-14);
+            prop_assert!(deviation.acceleration.length() <= bounds.acceleration * (1.0 + 1e-12));
+            prop_assert!((end.velocity - body.velocity).length() <= drive.top_speed(from + elapsed) * (1.0 + 1e-12));
+        }
+
+        #[test]
+        fn velocity_and_acceleration_are_difference_quotients(
+            a in -2.0..2.0f64, g in -2.0..2.0f64, frequency in 0.1..9.0f64, time in 0.1..3.0f64,
+        ) {
+            let drive = Drive {
+                acceleration: DVec2::new(g, 0.0),
+                ..Drive::oscillation(DVec2::new(a, a), frequency, Orientation::from_turns(0.1))
+            };
+            let at = |time: f64| drive.applied(&Motion::at_rest(DVec2::ZERO), time);
+            let h = 1e-5;
+            let rate = (at(time + h).position - at(time - h).position) / (2.0 * h);
+            prop_assert!((rate - at(time).velocity).length() < 1e-6);
+            let bend = (at(time + h).velocity - at(time - h).velocity) / (2.0 * h);
+            prop_assert!((bend - drive.deviation(0.0, time).acceleration).length() < 1e-5);
+        }
+    }
+}
