@@ -148,7 +148,11 @@ fn certified_by_circles<'a, R: Recorder>(
         PartPair::Atoms(in_order(circle, atom))
     });
     let edges = other.edges().iter();
-    let edges = edges.map(|edge| PartPair::Edge(body, circle, edge));
+    // Where no atoms are at the ends, a circle beyond them may hold parts that touch the edge.
+    let edges = edges.map(|edge| match other.atoms {
+        [] => PartPair::Line(body, circle, edge),
+        _ => PartPair::Edge(body, circle, edge),
+    });
     let limit = search.limit();
     let mut first = f64::INFINITY;
     for parts in atoms.chain(edges) {
@@ -172,11 +176,13 @@ fn is_round(shape: &Ellipse) -> bool {
     shape.axes()[0] == shape.axes()[1]
 }
 
-/// A part of A and a part of B; in the last two, the number of the body with the atom comes first.
+/// A part of A and a part of B; with edges, the number of the body with the atom comes first.
 enum PartPair<'a> {
     Atoms([Circle; 2]),
     Convex([Ellipse; 2], [DVec2; 2]),
     Edge(usize, Circle, &'a Edge),
+    /// The whole line through an edge.
+    Line(usize, Circle, &'a Edge),
     ConvexEdge(usize, Ellipse, DVec2, &'a Edge),
 }
 
@@ -258,10 +264,14 @@ impl<'a> DrivenPair<'a> {
                     (bending.bend(gap, pose.facing.normal, 0.0), 0.0)
                 })
             }
-            PartPair::Edge(body, circle, edge) => {
+            PartPair::Edge(body, circle, edge) | PartPair::Line(body, circle, edge) => {
                 let turn = flight.spin[1 - body];
                 let reach = reach.max(reach_of_pair(flight.spin[*body], circle, edge));
                 let pair = EdgePair::within(&flight, *body, *circle, edge, reach);
+                let pair = match self.parts {
+                    PartPair::Line(..) => pair.of_whole_line(),
+                    _ => pair,
+                };
                 Look::new(&pair, |pose, gap| {
                     let sign = seen_by(*body);
                     let (beyond, error) = (pair.beyond(pose), pair.error_at(0.0));
@@ -402,7 +412,10 @@ mod tests {
         let wall = (0.1..6.0f64, 0.0..0.1f64, -3.2..3.2f64).prop_map(|(length, radius, angle)| {
             Molecule::wall(length * DVec2::from_angle(angle), radius).unwrap()
         });
-        prop_oneof![2 => wall, 1 => bodies()]
+        // So long that no body comes to its ends, where its next image would begin.
+        let across = (60.0..80.0f64, 0.0..0.1f64)
+            .prop_map(|(length, r)| Molecule::wall_without_ends(length * DVec2::X, r).unwrap());
+        prop_oneof![2 => wall, 1 => across, 1 => bodies()]
     }
 
     fn drives() -> impl Strategy<Value = Drive> {

@@ -262,6 +262,14 @@ impl<'a> EdgePair<'a> {
         }
     }
 
+    /// This pair, with the whole line through the edge.
+    pub(crate) fn of_whole_line(self) -> Self {
+        Self {
+            half_length: f64::INFINITY,
+            ..self
+        }
+    }
+
     /// The window of time, up to `limit`, in which the atom is within reach of the edge (Lemma 4).
     fn window(&self, limit: f64) -> Option<SearchWindow> {
         let motion = self.flight.motion;

@@ -8,7 +8,7 @@ use crate::{
     scene::error::GridError,
     world::{
         World,
-        wall::{StandingWall, folded},
+        wall::{StandingWall, cells_about, folded, place_during},
     },
 };
 
@@ -201,7 +201,7 @@ impl Grid {
                 cell(motion.position.y, self.side.y, counts[1]),
             ];
             self.place.push(place);
-            if world.bodies()[index].is_wall() {
+            if world.bodies()[index].is_wall() || world.drive(index).is_some() {
                 continue;
             }
             self.cells[(place[1] * counts[0] + place[0]) as usize].push(index as u32);
@@ -209,17 +209,28 @@ impl Grid {
         self.list_walls(world, limit);
     }
 
-    /// Lists each wall in every cell that can hold the centre of a body that touches it before
+    /// Lists each wall, and each other fixed body that is driven, in every cell that can hold the
+    /// centre of a body that touches it before
     /// `limit` (offset in the epoch, time).
     fn list_walls(&mut self, world: &World, limit: f64) {
         self.walls.clear();
         let reach = world.largest_moving_radius();
         for (index, (body, motion)) in world.bodies().iter().zip(world.motions()).enumerate() {
-            let Some((wall, way)) = StandingWall::during(body, motion, [0.0, limit]) else {
+            let drive = world.drive(index);
+            if !body.is_wall() && drive.is_none() {
                 continue;
+            }
+            let (middle, way) = place_during(body, motion, drive.as_ref(), [0.0, limit]);
+            let reach = reach + way;
+            let cells = match StandingWall::new(body, &middle) {
+                Some(wall) => wall.cells_within(reach, self.side),
+                None => {
+                    let reach = reach + body.molecule().bounding_radius();
+                    cells_about(middle.position, reach, self.side)
+                }
             };
             self.walls.resize_with(self.cells.len(), SmallVec::new);
-            for cell in wall.cells_within(reach + way, self.side) {
+            for cell in cells {
                 let ([column, row], image) = folded(cell, self.counts.map(i64::from));
                 let list = &mut self.walls[(row * i64::from(self.counts[0]) + column) as usize];
                 // `image` is that of the cell as seen from the wall; the other way it has the

@@ -385,7 +385,7 @@ impl HeapScheduler {
                 continue;
             }
             let partner = &world.bodies()[other as usize].kind.molecule;
-            if !partner.is_disc() {
+            if !partner.is_disc() || world.drive(other as usize).is_some() {
                 self.predict_pair(world, detection, [body, other], image, now);
                 continue;
             }
@@ -444,8 +444,14 @@ impl HeapScheduler {
         // the query.
         let (pair, image) = ordered(pair, image.map(i64::from));
         let relative = self.relative_motion(world, pair, image, now);
-        let [a, b] = pair.map(|body| world.bodies()[body as usize].kind.molecule.outline());
-        let answer = detection.first_contact(a, b, &relative, self.limit - now);
+        let bodies = pair.map(|body| world.bodies()[body as usize].kind.molecule.outline());
+        let horizon = self.limit - now;
+        let answer = match world.relative_drive(pair) {
+            None => detection.first_contact(bodies[0], bodies[1], &relative, horizon),
+            Some(drive) => {
+                detection.first_contact_driven(0.0, bodies, &relative, (&drive, now), horizon)
+            }
+        };
         let (later, kind) = match answer.outcome {
             Outcome::Free => return,
             Outcome::Contact(contact) => (now + contact.time, Kind::Contact(contact.touch.into())),
@@ -528,8 +534,8 @@ impl HeapScheduler {
         image: [i64; 2],
         now: f64,
     ) -> RelativeMotion {
-        let [a, b] = pair.map(|body| &self.motions[body as usize]);
-        RelativeMotion::between(a, b, world.bounds().shift(image), now)
+        let motions = pair.map(|body| &self.motions[body as usize]);
+        world.relative_motion(pair, motions, image, now)
     }
 
     /// The image of an entry's second body relative to the present wrapped positions.

@@ -74,6 +74,7 @@ pub use scene::elasticity_spec::{ElasticityRule, ElasticitySpec, Restitution};
 pub use scene::ellipse_spec::EllipseSpec;
 pub use scene::error::{EditError, GridError, RunError, SceneError, StallCause};
 pub use scene::gas_spec::{GasSpec, StartVelocities};
+pub use scene::gravity::GravitySpec;
 pub use scene::kick_momentum::KickMomentum;
 pub use scene::least_speed::MIN_SPEED;
 pub use scene::max_time::MAX_TIME;

@@ -193,6 +193,8 @@ pub enum TileUse {
     ThermalWalls,
     /// A wall moves, and would have to be listed in the cells of several tiles while it does.
     MovingWalls,
+    /// Bodies fall, so that fixed bodies move in their frame.
+    Gravity,
     /// Rules for pairs of tags affect bodies ([`TransparentSpec`](crate::TransparentSpec),
     /// [`DiameterSpec`](crate::DiameterSpec)), of which tiles know nothing.
     PairRules,
@@ -214,6 +216,7 @@ impl fmt::Display for TileUse {
             Self::LargeBodies => "bodies larger than a cell move",
             Self::ThermalWalls => "a wall has a temperature",
             Self::MovingWalls => "a wall moves",
+            Self::Gravity => "bodies fall",
             Self::PairRules => "rules for pairs of tags",
             Self::Dilute => "a dilute gas",
             Self::Detector => "a detector without the closed form",

@@ -7,8 +7,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::{HALF_ULP, Motion, Orientation, RelativeMotion, relative_motion::one_norm};
 
-/// A displacement w(t) = ½ g t² + A sin(Ω t + φ) that is added to the uniform motion of a body: a
-/// constant acceleration, an oscillation, or both.
+/// What a body does beside its uniform motion: it has a constant acceleration g, oscillates as A
+/// sin(Ω t + φ), or both.
+///
+/// The motion of the body holds its position and velocity at time 0, with those of the oscillation;
+/// the drive adds the deviation from uniform motion since then.
 ///
 /// ```
 /// use carom_kinematics::{Drive, Motion, Orientation};
@@ -16,9 +19,10 @@ use crate::{HALF_ULP, Motion, Orientation, RelativeMotion, relative_motion::one_
 ///
 /// // A wall that oscillates by 0.1 about y = 0.5, and passes it upwards at time 0.
 /// let drive = Drive::oscillation(0.1 * DVec2::Y, 2.0, Orientation::default());
-/// let wall = Motion::at_rest(DVec2::new(0.0, 0.5));
+/// let [place, velocity] = drive.oscillation_now();
+/// let wall = Motion { velocity, ..Motion::at_rest(DVec2::new(0.0, 0.5) + place) };
 /// let quarter = drive.applied(&wall, std::f64::consts::FRAC_PI_4);
-/// assert!((quarter.position.y - 0.6).abs() < 1e-16 && quarter.velocity.y.abs() < 1e-16);
+/// assert!((quarter.position.y - 0.6).abs() < 1e-15 && quarter.velocity.y.abs() < 1e-15);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[doc(alias = "oscillating wall")]
@@ -61,7 +65,7 @@ pub struct DriveBounds {
 }
 
 impl Drive {
-    /// A constant acceleration g (length per time squared), with w and w' = 0 at time 0.
+    /// A constant acceleration g (length per time squared).
     pub fn acceleration(acceleration: DVec2) -> Self {
         Self {
             acceleration,
@@ -80,6 +84,15 @@ impl Drive {
         }
     }
 
+    /// This drive with a further constant acceleration (length per time squared).
+    #[must_use]
+    pub fn accelerated(&self, acceleration: DVec2) -> Self {
+        Self {
+            acceleration: self.acceleration + acceleration,
+            ..*self
+        }
+    }
+
     /// Whether all numbers are finite.
     pub fn is_finite(&self) -> bool {
         self.acceleration.is_finite()
@@ -88,8 +101,7 @@ impl Drive {
             && self.phase.turns().is_finite()
     }
 
-    /// The drive whose time 0 is `time` of this one. What the acceleration has added to position
-    /// and velocity until then becomes a part of the uniform motion.
+    /// The drive whose time 0 is `time` of this one.
     #[must_use]
     pub fn restarted(&self, time: f64) -> Self {
         Self {
@@ -98,18 +110,27 @@ impl Drive {
         }
     }
 
-    /// w (length).
-    pub fn displacement(&self, time: f64) -> DVec2 {
-        self.amplitude * self.cos_sin(time).y + (0.5 * time * time) * self.acceleration
+    /// The drive that runs through the places of this one in the opposite order.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        Self {
+            phase: Orientation::from_turns(0.5 - self.phase.turns()),
+            ..*self
+        }
     }
 
-    /// The motion at `time` of a body with this drive, whose uniform part is `motion`.
+    /// Displacement (length) and velocity (length per time) of the oscillation at time 0.
+    pub fn oscillation_now(&self) -> [DVec2; 2] {
+        let now = self.cos_sin(0.0);
+        [now.y, self.frequency * now.x].map(|factor| factor * self.amplitude)
+    }
+
+    /// The motion at `time` of a body with this drive and this motion at time 0.
     pub fn applied(&self, motion: &Motion, time: f64) -> Motion {
-        let there = motion.at(time);
-        let speed = self.frequency * self.cos_sin(time).x;
+        let (there, deviation) = (motion.at(time), self.deviation(0.0, time));
         Motion {
-            position: there.position + self.displacement(time),
-            velocity: there.velocity + (self.amplitude * speed + self.acceleration * time),
+            position: there.position + deviation.position,
+            velocity: there.velocity + deviation.velocity,
             ..there
         }
     }
@@ -155,14 +176,27 @@ impl Drive {
         }
     }
 
-    /// A bound on |w'| until `time` (length per time).
+    /// A bound on the speed until `time` of a body that is at rest but for its drive (length per
+    /// time).
     pub fn top_speed(&self, time: f64) -> f64 {
         self.amplitude.length() * self.frequency.abs() + self.acceleration.length() * time
     }
 
-    /// The largest |w| of the oscillation (length).
+    /// A bound on the way of such a body in a duration that ends at `time` (length).
+    pub fn longest_way(&self, duration: f64, time: f64) -> f64 {
+        let amplitude = self.amplitude.length();
+        let speed = amplitude * self.frequency.abs();
+        (speed * duration).min(2.0 * amplitude) + self.acceleration.length() * time * duration
+    }
+
+    /// A (length).
     pub fn amplitude(&self) -> DVec2 {
         self.amplitude
+    }
+
+    /// Ω (radians per time).
+    pub fn frequency(&self) -> f64 {
+        self.frequency
     }
 
     /// (cos, sin) of Ω t + φ
@@ -187,23 +221,15 @@ impl RelativeMotion {
     /// The relative motion `elapsed` (time) after this one, which starts at `from`, of a body B with
     /// a drive relative to A; and the deviation of B.
     pub fn driven(&self, drive: &Drive, from: f64, elapsed: f64) -> (Self, Deviation) {
-        let deviation = drive.deviation(from, elapsed);
         let way = self.velocity * elapsed;
-        let separation = self.separation + way + deviation.position;
         let turns = [0, 1].map(|body| self.angular_velocity[body] * elapsed);
-        let lengths = one_norm(self.separation) + one_norm(deviation.position);
-        let motion = Self {
-            separation,
-            velocity: self.velocity + deviation.velocity,
+        let uniform = Self {
+            separation: self.separation + way,
             orientation: [0, 1]
                 .map(|body| self.orientation[body].turned(self.angular_velocity[body], elapsed)),
-            angular_velocity: self.angular_velocity,
             separation_error: self.separation_error
-                + deviation.position_error
-                + HALF_ULP * (2.0 * lengths + 7.0 * one_norm(way)),
-            velocity_error: self.velocity_error
-                + deviation.velocity_error
-                + HALF_ULP * (one_norm(self.velocity) + one_norm(deviation.velocity)),
+                + HALF_ULP * (one_norm(self.separation) + 5.0 * one_norm(way)),
+            velocity_error: self.velocity_error,
             orientation_error: [0, 1].map(|body| {
                 let rounding = if turns[body] == 0.0 {
                     0.0
@@ -212,8 +238,26 @@ impl RelativeMotion {
                 };
                 self.orientation_error[body] + rounding
             }),
+            ..*self
         };
-        (motion, deviation)
+        let deviation = drive.deviation(from, elapsed);
+        (uniform.deviated(&deviation), deviation)
+    }
+
+    /// The relative motion with what a drive of B adds.
+    #[must_use]
+    pub fn deviated(&self, deviation: &Deviation) -> Self {
+        let separation = self.separation + deviation.position;
+        let velocity = self.velocity + deviation.velocity;
+        Self {
+            separation,
+            velocity,
+            separation_error: self.separation_error
+                + (deviation.position_error + HALF_ULP * one_norm(separation)),
+            velocity_error: self.velocity_error
+                + (deviation.velocity_error + HALF_ULP * one_norm(velocity)),
+            ..*self
+        }
     }
 }
 
@@ -232,7 +276,8 @@ mod tests {
                 acceleration: DVec2::new(0.0, g),
                 ..Drive::oscillation(DVec2::new(a, -0.5 * a), frequency, Orientation::from_turns(turns))
             };
-            let body = Motion { velocity: DVec2::new(0.3, 0.1), ..Motion::at_rest(DVec2::ONE) };
+            let velocity = DVec2::new(0.3, 0.1) + drive.oscillation_now()[1];
+            let body = Motion { velocity, ..Motion::at_rest(DVec2::ONE) };
             let [start, end] = [from, from + elapsed].map(|time| drive.applied(&body, time));
             let deviation = drive.deviation(from, elapsed);
             let straight = start.at(from + elapsed);
@@ -243,7 +288,9 @@ mod tests {
             let bounds = drive.bounds(elapsed);
             prop_assert!(deviation.velocity.length() <= bounds.velocity * (1.0 + 1e-12) + 1e-14);
             prop_assert!(deviation.acceleration.length() <= bounds.acceleration * (1.0 + 1e-12));
-            prop_assert!((end.velocity - body.velocity).length() <= drive.top_speed(from + elapsed) * (1.0 + 1e-12));
+            prop_assert!((end.velocity - DVec2::new(0.3, 0.1)).length() <= drive.top_speed(from + elapsed) * (1.0 + 1e-12) + 1e-14);
+            let way = (end.position - start.position - elapsed * DVec2::new(0.3, 0.1)).length();
+            prop_assert!(way <= drive.longest_way(elapsed, from + elapsed) * (1.0 + 1e-12) + 1e-14);
         }
 
         #[test]

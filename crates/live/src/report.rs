@@ -59,6 +59,7 @@ impl Exchange {
             ledger.heat,
             ledger.work,
             ledger.dragged,
+            ledger.fallen,
         ];
         self.sum += now
             .iter()

@@ -10,7 +10,7 @@ use carom_detection::{
     QueryBody,
 };
 use carom_geometry::Outline;
-use carom_kinematics::RelativeMotion;
+use carom_kinematics::{Drive, RelativeMotion};
 
 /// A detector, chosen at run time.
 ///
@@ -103,6 +103,21 @@ impl Detection for AnyDetector {
         horizon: f64,
     ) -> f64 {
         delegate!(self, detector => detector.contact_time_lower_bound(query, lanes, horizon))
+    }
+
+    fn searches_driven_bodies(&self) -> bool {
+        delegate!(self, detector => detector.searches_driven_bodies())
+    }
+
+    fn first_contact_driven(
+        &self,
+        begin: f64,
+        bodies: [Outline<'_>; 2],
+        motion: &RelativeMotion,
+        drive: (&Drive, f64),
+        horizon: f64,
+    ) -> Answer {
+        delegate!(self, detector => detector.first_contact_driven(begin, bodies, motion, drive, horizon))
     }
 
     fn searches_turning_walls(&self) -> bool {

@@ -335,6 +335,11 @@ dynamic! {
     /// # Errors
     /// Those of [`Simulation::set_drag`].
     fn set_drag([&mut] self, drag: f64) -> Result<(), EditError>;
+    /// Changes the gravity from now on (length per time squared). See [`Simulation::set_gravity`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::set_gravity`].
+    fn set_gravity([&mut] self, gravity: [f64; 2]) -> Result<(), EditError>;
 }
 
 impl Clone for AnySimulation {

@@ -69,8 +69,8 @@ impl EnergyLedger {
     }
 }
 
-/// The largest of the energies lost in contacts, put in by edits, given by walls, and taken by
-/// drag.
+/// The largest of the energies lost in contacts, put in by edits, given by walls, taken by drag,
+/// and gained by falling.
 fn largest_exchange(ledger: &Ledger) -> f64 {
     ledger
         .lost
@@ -79,6 +79,7 @@ fn largest_exchange(ledger: &Ledger) -> f64 {
         .max(ledger.heat.abs())
         .max(ledger.work.abs())
         .max(ledger.dragged)
+        .max(ledger.fallen.abs())
 }
 
 impl Observer for EnergyLedger {

@@ -559,6 +559,14 @@ impl Core {
         })
     }
 
+    fn set_gravity(&self, py: Python<'_>, gravity: [f64; 2]) -> PyResult<()> {
+        self.edit(py, |state| {
+            state.simulation.set_gravity(gravity)?;
+            state.scene.gravity.acceleration = gravity;
+            Ok(())
+        })
+    }
+
     fn reverse(&self, py: Python<'_>) -> PyResult<()> {
         self.edit(py, |state| {
             state.simulation.reverse();

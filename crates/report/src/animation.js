@@ -1,5 +1,5 @@
 // Plays recorded flights: between contacts, position = recorded position + velocity × time, exactly.
-// With a drag γ, the time is replaced by (1 − exp(−γ time)) / γ.
+// With a drag γ, the time is replaced by (1 − exp(−γ time)) / γ. With gravity, paths are parabolas.
 (() => {
   "use strict";
   const DIGITS = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -59,9 +59,10 @@
     const list = flights[body];
     const [t, x, y, vx, vy, angle, spin] = list[flightAt(list, time)];
     const passed = animation.drag ? -Math.expm1(animation.drag * (t - time)) / animation.drag : time - t;
+    const [gx, gy] = animation.shapes[animation.bodies[body]].fixed ? [0, 0] : animation.gravity || [0, 0];
     return [
-      wrap(x + vx * passed, animation.sides[0]),
-      wrap(y + vy * passed, animation.sides[1]),
+      wrap(x + vx * passed + 0.5 * gx * passed * passed, animation.sides[0]),
+      wrap(y + vy * passed + 0.5 * gy * passed * passed, animation.sides[1]),
       angle + spin * passed,
     ];
   }

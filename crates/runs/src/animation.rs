@@ -68,6 +68,9 @@ struct Animation {
     /// Drag of all bodies (1/time); absent if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     drag: Option<f64>,
+    /// Acceleration of the free bodies; absent if there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gravity: Option<[f64; 2]>,
     /// Largest velocity component.
     fastest: f64,
     /// Largest angular velocity.
@@ -281,6 +284,7 @@ impl Animation {
             from: view.time().to_f64(),
             until,
             drag: Some(view.drag()).filter(|drag| *drag > 0.0),
+            gravity: Some(view.gravity().to_array()).filter(|gravity| *gravity != [0.0; 2]),
             fastest: largest(|flight| flight.velocity.abs().max_element()),
             fastest_spin: largest(|flight| flight.angular_velocity.abs()),
             watched: watched(&shapes, &bodies),

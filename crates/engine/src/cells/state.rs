@@ -162,6 +162,7 @@ impl<F: CellFrame> CellState<F> {
                     index as u32,
                     body,
                     &world.motions()[index],
+                    world.drive(index).as_ref(),
                     bodies,
                     among_molecules,
                 );

@@ -157,7 +157,7 @@ pub(crate) fn refuse_unresolved(world: &World, table: &ElasticityTable) -> Resul
 ///
 /// # Errors
 /// [`GridError::Curve`], [`GridError::BesideArc`], [`GridError::MovingWallAndArc`],
-/// [`GridError::TurningWall`] or [`GridError::TurningWallAndEllipse`].
+/// [`GridError::OscillatingWall`], [`GridError::Falling`], [`GridError::TurningWall`] or [`GridError::TurningWallAndEllipse`].
 pub(crate) fn refuse_unsearched<D: Detection>(
     world: &World,
     detection: &D,
@@ -186,6 +186,11 @@ pub(crate) fn refuse_unsearched<D: Detection>(
     let moving = world.moving_walls().next();
     if let Some(wall) = moving.filter(|_| has_arcs) {
         return Err(GridError::MovingWallAndArc(wall));
+    }
+    if world.is_driven() && !detection.searches_driven_bodies() {
+        let oscillates = |&wall: &usize| world.oscillation(wall).is_some();
+        let wall = world.moving_walls().find(oscillates);
+        return Err(wall.map_or(GridError::Falling, GridError::OscillatingWall));
     }
     let turns = |&wall: &usize| world.motions[wall].angular_velocity != 0.0;
     let Some(wall) = world.moving_walls().find(turns) else {

@@ -6,7 +6,7 @@
 
 use carom_detection::{Detection, Exact, Outcome};
 use carom_geometry::{Molecule, gap_between};
-use carom_kinematics::{Motion, RelativeMotion};
+use carom_kinematics::{Drive, Motion, RelativeMotion};
 use glam::DVec2;
 
 use crate::world::{
@@ -25,6 +25,10 @@ const PROBE: f64 = 1e-6;
 /// touch have met before or slide along each other.
 const MARGIN: f64 = 4.0;
 
+/// Steps of the search for the meeting of a driven wall. Smaller: a wall that passes another very
+/// closely ends the run. Larger: such a run is slower.
+const MAX_DRIVEN_STEPS: u32 = 100_000;
+
 /// Continuations of a search that ends "certified free until".
 const MAX_SEARCHES: u32 = 1000;
 
@@ -40,9 +44,11 @@ pub(crate) struct WallMeeting {
 /// The largest time in which no wall travels more than the shorter side of the box; infinite if
 /// none moves.
 pub(crate) fn longest_sweep(world: &World) -> f64 {
-    let speeds = world
+    // An oscillation is shorter than the box.
+    let uniform = world
         .moving_walls()
-        .map(|wall| wall_speed(&world.bodies[wall], &world.motions[wall]));
+        .filter(|&wall| world.oscillation(wall).is_none());
+    let speeds = uniform.map(|wall| wall_speed(&world.bodies[wall], &world.motions[wall]));
     world.bounds.sides().min_element() / speeds.fold(0.0, f64::max)
 }
 
@@ -52,7 +58,8 @@ pub(crate) fn first_meeting(world: &World, horizon: f64) -> Option<WallMeeting> 
     let mut first: Option<WallMeeting> = None;
     for wall in world.moving_walls() {
         for other in 0..world.bodies.len() {
-            let moves_too = !world.motions[other].is_at_rest();
+            let moves_too =
+                !world.motions[other].is_at_rest() || world.oscillation(other).is_some();
             if !world.bodies[other].is_fixed() || other == wall || (moves_too && other < wall) {
                 continue;
             }
@@ -70,7 +77,14 @@ pub(crate) fn first_meeting(world: &World, horizon: f64) -> Option<WallMeeting> 
 /// The time of the first meeting of a pair in any image.
 fn meeting_of_pair(world: &World, pair: [usize; 2], horizon: f64) -> Option<f64> {
     let [a, b] = pair.map(|index| (&world.bodies[index], &world.motions[index]));
-    let speed = [a, b].map(|(body, motion)| wall_speed(body, motion));
+    let drives = pair.map(|index| world.oscillation(index));
+    if drives[0].is_some() && drives[0] == drives[1] {
+        return None;
+    }
+    let speed = [(a, drives[0]), (b, drives[1])].map(|((body, motion), drive)| match drive {
+        None => wall_speed(body, motion),
+        Some(drive) => drive.top_speed(horizon),
+    });
     let way = (speed[0] + speed[1]) * horizon;
     let radii = a.0.molecule().bounding_radius() + b.0.molecule().bounding_radius();
     let separation = b.1.position - a.1.position;
@@ -86,6 +100,8 @@ fn meeting_of_pair(world: &World, pair: [usize; 2], horizon: f64) -> Option<f64>
             let pair = FixedPair {
                 bodies: [a.0, b.0],
                 motions: [a.1, b.1],
+                drives,
+                top_speed: speed[0] + speed[1],
                 shift: world.bounds.shift([column, row]),
                 rounding: rounding_bound(sides, radii),
                 thickness: PROBE * sides.min_element(),
@@ -111,6 +127,9 @@ fn meeting_of_pair(world: &World, pair: [usize; 2], horizon: f64) -> Option<f64>
 struct FixedPair<'a> {
     bodies: [&'a Body; 2],
     motions: [&'a Motion; 2],
+    drives: [Option<Drive>; 2],
+    /// A bound on their relative speed (length per time).
+    top_speed: f64,
     /// Of the second body (length).
     shift: DVec2,
     /// The deepest overlap by rounding alone (length).
@@ -124,7 +143,7 @@ struct FixedPair<'a> {
 impl FixedPair<'_> {
     /// Distance of the surfaces at a time (length); not positive where they overlap.
     fn gap(&self, time: f64) -> f64 {
-        let [a, b] = self.motions.map(|motion| motion.at(time));
+        let [a, b] = self.motions_at(time);
         let separation = (b.position - a.position) + self.shift;
         let placed = [(self.bodies[0], a), (self.bodies[1], b)];
         let [wall_a, wall_b] = placed.map(|(body, motion)| StandingWall::new(body, &motion));
@@ -189,7 +208,7 @@ impl FixedPair<'_> {
     /// Signed distance of the second body from the line of the first, a wall that does not turn
     /// (length), and its rate (length per time).
     fn distance_of_lines(&self, time: f64) -> [f64; 2] {
-        let [a, b] = self.motions.map(|motion| motion.at(time));
+        let [a, b] = self.motions_at(time);
         let edge = self.bodies[0].molecule().wall_edge();
         let along = edge.map_or(DVec2::X, carom_geometry::Edge::along);
         let along = a.orientation.cos_sin().rotate(along);
@@ -251,9 +270,37 @@ impl FixedPair<'_> {
         molecule.is_wall() && molecule.atoms().is_empty()
     }
 
+    fn motions_at(&self, time: f64) -> [Motion; 2] {
+        [0, 1].map(|side| match self.drives[side] {
+            None => self.motions[side].at(time),
+            Some(drive) => drive.applied(self.motions[side], time),
+        })
+    }
+
+    /// The time of the first meeting before `horizon` of two bodies of which one is driven: steps in
+    /// which they cannot meet at their top speed.
+    fn driven_meeting(&self, horizon: f64) -> Option<f64> {
+        let mut time = 0.0;
+        for _ in 0..MAX_DRIVEN_STEPS {
+            let gap = self.gap(time);
+            if gap <= MARGIN * self.rounding {
+                return Some(time);
+            }
+            // Half of the margin is left, so that they are still apart where the search ends.
+            time += (gap - 0.5 * MARGIN * self.rounding) / self.top_speed;
+            if time > horizon {
+                return None;
+            }
+        }
+        Some(time)
+    }
+
     /// The time of the first meeting before `horizon`, less the time in which the bodies travel the
     /// last few roundings; 0 if that is over.
     fn meeting(&self, horizon: f64) -> Option<f64> {
+        if self.drives != [None; 2] {
+            return self.driven_meeting(horizon);
+        }
         let time = self.first_contact(horizon)?;
         let rate = (self.gap(time - self.probe) - self.gap(time)) / self.probe;
         let margin = MARGIN * self.rounding / rate;

@@ -21,6 +21,7 @@ use crate::{
         drag::drag_clock,
         elasticity_spec::ElasticitySpec,
         error::{EditError, SceneError},
+        gravity::{gravity_of, refuse_gravity},
         least_speed::MIN_SPEED,
         pair_spec::TransparentSpec,
         wall_motion::WallMotionSpec,
@@ -241,6 +242,20 @@ impl Batch {
         if clock != self.world.clock {
             self.start_to_move();
             self.world.clock = clock;
+            self.moves = true;
+        }
+        Ok(())
+    }
+
+    /// Changes the gravity from now on (length per time squared).
+    ///
+    /// # Errors
+    /// Those of [`Simulation::set_gravity`].
+    pub fn set_gravity(&mut self, gravity: [f64; 2]) -> Result<(), EditError> {
+        let gravity = gravity_of("gravity", gravity)?;
+        if gravity != self.world.gravity {
+            self.start_to_move();
+            self.world.gravity = gravity;
             self.moves = true;
         }
         Ok(())
@@ -553,6 +568,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         refuse_drag(&world, |body| {
             BodyName::new(&world.bodies[body], &names).to_string()
         })?;
+        refuse_gravity(&world)?;
         elasticity.classify(&mut world, &self.response)?;
         resolves(&world, &elasticity)?;
         if may_reveal && let Some((pair, depth)) = first_overlap(&world) {

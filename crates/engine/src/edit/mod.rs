@@ -119,6 +119,19 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.edit(|batch| batch.set_drag(drag))
     }
 
+    /// Changes the gravity from now on: an acceleration of all free bodies (length per time
+    /// squared); a batch of one, see [`Self::edit`].
+    ///
+    /// The ledger books its work ([`Ledger::fallen`](crate::Ledger::fallen)).
+    ///
+    /// # Errors
+    /// [`EditError::Scene`] if a component is not finite or above 10⁶⁰ in magnitude, with drag, with
+    /// curved walls, or if no wall across the box stops bodies that fall.
+    #[doc(alias = "field")]
+    pub fn set_gravity(&mut self, gravity: [f64; 2]) -> Result<(), EditError> {
+        self.edit(|batch| batch.set_gravity(gravity))
+    }
+
     /// Sets the velocity of a body (length per time); a batch of one, see [`Self::edit`].
     ///
     /// # Errors
@@ -223,6 +236,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 motion.angular_velocity = -motion.angular_velocity;
             });
         }
+        self.world.reverse_oscillations();
     }
 
     /// Locks the present orientation of a body, or frees it. Locking removes its angular velocity.
@@ -275,9 +289,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.world.index(key).ok_or(EditError::NoSuchBody(key))
     }
 
-    /// With drag, begins an epoch at the present: its velocities are the true ones.
+    /// With drag or gravity, begins an epoch at the present: its velocities are the true ones.
     fn settle(&mut self) {
-        if !self.world.clock.is_free() {
+        if !self.world.clock.is_free() || self.world.falls() {
             self.end_epoch(self.offset);
         }
     }

@@ -12,7 +12,12 @@ use crate::{
         separation::{refuse_unresolved, refuse_unsearched},
     },
     run::{growth::Growth, simulation::Simulation},
-    scene::{Placement, Scene, drag::drag_clock, error::SceneError},
+    scene::{
+        Placement, Scene,
+        drag::drag_clock,
+        error::SceneError,
+        gravity::{gravity_of, refuse_gravity},
+    },
     scheduler::Scheduler,
     start::{
         contents::SceneContents,
@@ -97,6 +102,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let counts = contents.counts();
         let mut singles = contents.singles;
         move_walls(&mut world, scene)?;
+        world.gravity = gravity_of("gravity.acceleration", scene.gravity.acceleration)?;
         let mut elasticity = ElasticityTable::new(&scene.elasticity, &mut singles.names)?;
         elasticity.classify(&mut world, &response)?;
         refuse_unresolved(&world, &elasticity)
@@ -104,6 +110,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             .map_err(|reason| reason.named(|body| singles.entry_of(body, &counts)))?;
         world.clock = drag_clock("box.drag", scene.bounds.drag)?;
         refuse_drag(&world, |body| singles.entry_of(body, &counts))?;
+        refuse_gravity(&world)?;
         world.random_key = [scene.bounds.seed, scene.bounds.replica];
         world.shrink();
         let scheduler = S::new(&options, &world)

@@ -30,6 +30,7 @@ use crate::{
     scene::{
         drag::drag_clock,
         error::SceneError,
+        gravity::{gravity_of, refuse_gravity},
         least_speed::MIN_SPEED,
         pair_spec::{DiameterSpec, TransparentSpec},
     },
@@ -42,6 +43,7 @@ use crate::{
         World,
         body::{BodyKey, BodyKind, BodyName, Rotation},
         counters::{Counters, Ledger, SchedulerCounters},
+        drives::Oscillation,
         heat::HeatByTag,
         pair_table::PairTable,
         tags::{TagNames, Tags},
@@ -87,6 +89,10 @@ pub struct Checkpoint {
     last_contacts: Vec<f64>,
     /// Axes of round bodies that self-propulsion drives, by the order of the bodies.
     axes: Vec<Option<Orientation>>,
+    /// Acceleration of all free bodies (length per time squared).
+    gravity: DVec2,
+    /// Walls that oscillate, by the order of the bodies.
+    oscillations: Vec<Option<Oscillation>>,
     /// Walls whose velocity changes at given times.
     wall_tables: Vec<WallTable>,
     names: TagNames,
@@ -164,6 +170,13 @@ pub enum CheckpointError {
         "the checkpoint has {0} axes; it must have at most one per body, from -0.5 to 0.5 turns"
     )]
     Axes(usize),
+    /// An oscillation whose numbers are out of range or not those of the motion, or of a body that
+    /// is no wall.
+    #[error(
+        "oscillation {0} of the walls in the checkpoint must be that of a wall, with finite numbers, a positive \
+         frequency, and the position and velocity of the wall"
+    )]
+    Oscillation(usize),
     /// A table of a wall whose numbers are out of range, or of a body that is no wall.
     #[error(
         "table {0} of the walls in the checkpoint must be that of a wall, with durations above 0, finite velocities, and a \
@@ -233,6 +246,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             windings: _,
             last_contacts,
             axes,
+            oscillations,
+            gravity,
             wall_tables,
             epoch,
             next_id,
@@ -256,6 +271,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             bodies,
             last_contacts: last_contacts.clone(),
             axes: axes.clone(),
+            oscillations: oscillations.clone(),
+            gravity: *gravity,
             wall_tables: wall_tables.clone(),
             names: names.clone(),
             elasticity: elasticity.spec().into(),
@@ -311,6 +328,21 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         checkpoint.refuse_infinite()?;
         checkpoint.refuse_overflowing()?;
         let mut world = checkpoint.world()?;
+        let is_valid = |(wall, oscillation): (usize, &Option<Oscillation>)| {
+            oscillation.is_none_or(|oscillation| {
+                let body = world.bodies.get(wall).zip(world.motions.get(wall));
+                body.is_some_and(|(body, motion)| {
+                    body.is_wall() && oscillation.is_of(motion, world.bounds.sides())
+                })
+            })
+        };
+        let mut oscillations = checkpoint.oscillations.iter().enumerate();
+        if let Some(wrong) = oscillations.position(|oscillation| !is_valid(oscillation)) {
+            return Err(CheckpointError::Oscillation(wrong));
+        }
+        world.oscillations.clone_from(&checkpoint.oscillations);
+        world.gravity = gravity_of("gravity", checkpoint.gravity.to_array())?;
+        refuse_gravity(&world)?;
         let mut names = checkpoint.names.clone();
         world.pairs = PairTable::new(&checkpoint.transparent, &checkpoint.diameter, &mut names)?;
         let mut elasticity =

@@ -72,7 +72,9 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
 
     #[inline(always)]
     fn run<Q: EventQueue>(mut self, queue: &mut Q) -> Self::End {
-        let all_elastic = self.rules().all_elastic();
+        // Contacts are resolved in the laboratory, but flights of discs are those of the falling
+        // frame.
+        let all_elastic = self.rules().all_elastic() && !self.world.falls();
         loop {
             let limit = self.limits.time();
             let stop = if limit < self.target {
@@ -106,8 +108,10 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
                 // Two separate calls: with `map` the motions are copied through memory more than
                 // once.
                 let before = [
-                    queue.motion(bodies[0]).at(time),
-                    queue.motion(bodies[1]).at(time),
+                    self.world
+                        .motion_at(bodies[0], &queue.motion(bodies[0]), time),
+                    self.world
+                        .motion_at(bodies[1], &queue.motion(bodies[1]), time),
                 ];
                 let last_contacts = self.last_contacts(bodies);
                 let encounter = ContactPair {
@@ -123,7 +127,11 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
                     self.record(&encounter, &resolved)?;
                     resolved
                 };
-                queue.motions_changed(self.world, self.detection, bodies, resolved.onwards);
+                let mut onwards = resolved.onwards;
+                if self.world.falls() {
+                    onwards = [0, 1].map(|n| self.world.falling(bodies[n], &onwards[n]));
+                }
+                queue.motions_changed(self.world, self.detection, bodies, onwards);
             }
             *self.contacts += 1;
             if self.limits.count_contact() {

@@ -1,7 +1,7 @@
 //! Check of all invariants by brute force, for tests, after each event.
 
 use carom_detection::{Detection, DiscLanes, Exact};
-use carom_kinematics::{EpochTime, RelativeMotion};
+use carom_kinematics::EpochTime;
 use carom_response::Response;
 use thiserror::Error;
 
@@ -123,13 +123,10 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
                     continue;
                 }
                 for step in 0..25 {
-                    let shift = world.bounds.shift([step % 5 - 2, step / 5 - 2]);
-                    let pair = RelativeMotion::between(
-                        &world.motions[i],
-                        &world.motions[j],
-                        shift,
-                        self.offset,
-                    );
+                    let bodies = [i as u32, j as u32];
+                    let motions = [&world.motions[i], &world.motions[j]];
+                    let image = [step % 5 - 2, step / 5 - 2];
+                    let pair = world.relative_motion(bodies, motions, image, self.offset);
                     let (a, b) = (
                         world.bodies[i].kind.molecule.outline(),
                         world.bodies[j].kind.molecule.outline(),
@@ -146,8 +143,14 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
                         }
                         continue;
                     }
-                    if let Some(contact) = exact.first_contact(a, b, &pair, limit).outcome.contact()
-                    {
+                    let answer = match world.relative_drive(bodies) {
+                        None => exact.first_contact(a, b, &pair, limit),
+                        Some(drive) => {
+                            let drive = (&drive, self.offset);
+                            exact.first_contact_driven(0.0, [a, b], &pair, drive, limit)
+                        }
+                    };
+                    if let Some(contact) = answer.outcome.contact() {
                         soonest = Some((i, j, contact.time));
                     }
                 }

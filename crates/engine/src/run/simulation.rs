@@ -474,7 +474,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         }
         self.world.advance_wall_tables();
         let motions = &self.world.motions;
-        let fastest_squared = motions
+        let mut fastest_squared = motions
             .iter()
             .map(|m| m.velocity.length_squared())
             .fold(0.0, f64::max);
@@ -509,6 +509,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             .div_ceil(2)
             .max(1);
         let separation_error = separation_error(&self.world);
+        let longest_driven = self.world.longest_driven_epoch();
+        if self.world.falls() {
+            // The frame that falls gets that fast.
+            let fallen = longest_driven * self.world.gravity.length();
+            fastest_squared = (fastest_squared.sqrt() + fallen).powi(2);
+        }
         let mut limits = Limits::new(
             &self.world,
             separation_error,
@@ -522,6 +528,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             limits.end_by(self.meeting_of_walls(limits.time())?);
         }
         limits.end_by(self.world.next_change_of_walls());
+        limits.end_by(longest_driven);
+        if self.world.falls() {
+            self.ledger.restart_fall(self.world.sum_of_falls(0.0));
+        }
         // A drag that ends the epoch lets no body move much farther, and the run ends.
         if limits.time() < longest_epoch(self.world.clock) {
             refuse_time_scales_too_far_apart(
@@ -579,8 +589,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let fastest = world
             .moving_walls()
             .max_by(|one, other| speed(one).total_cmp(&speed(other)));
-        let Some(fastest) =
-            fastest.filter(|_| !world.wall_tables.iter().any(|table| table.repeats))
+        let Some(fastest) = fastest
+            .filter(|_| !world.is_driven() && !world.wall_tables.iter().any(|table| table.repeats))
         else {
             return Ok(());
         };
@@ -591,10 +601,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             initial,
             put_in,
             heat,
+            fallen,
             ..
         } = self.ledger;
-        let limit =
-            MAX_COMPRESSION * (initial + put_in.max(0.0) + heat.max(0.0) + at_speed_of_wall);
+        let given = put_in.max(0.0) + heat.max(0.0) + fallen.max(0.0);
+        let limit = MAX_COMPRESSION * (initial + given + at_speed_of_wall);
         let energy = world.energy();
         if energy <= limit {
             return Ok(());
@@ -666,6 +677,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.store_motions();
         self.offset = offset;
         self.book_drag();
+        if self.world.falls() {
+            self.ledger.book_fall(self.world.sum_of_falls(offset));
+        }
         self.world.rebase(offset);
         self.offset = 0.0;
         let clock = self.world.clock;

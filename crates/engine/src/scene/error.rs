@@ -235,6 +235,12 @@ pub enum GridError {
     /// A wall that turns, and a detector that does not search such walls.
     #[error("this detector does not search walls that turn; use method.detector = \"exact\"")]
     TurningWall(usize),
+    /// A gravity, and a detector that does not search bodies that fall.
+    #[error("this detector does not search bodies that fall; use method.detector = \"exact\"")]
+    Falling,
+    /// A wall that oscillates, and a detector that does not search such walls.
+    #[error("this detector does not search walls that oscillate; use method.detector = \"exact\"")]
+    OscillatingWall(usize),
     /// A wall that turns, and an ellipse: contacts of the two are not searched yet.
     #[error(
         "walls that turn and ellipses cannot be in one system yet; use a wall that does not turn, or other shapes"
@@ -275,8 +281,10 @@ impl GridError {
             | Self::BesideArc(body)
             | Self::UnguardedArc(body)
             | Self::MovingWallAndArc(body)
+            | Self::OscillatingWall(body)
             | Self::TurningWall(body) => name(body),
             Self::CellsPerSide(_) => "the grid".to_owned(),
+            Self::Falling => "gravity".to_owned(),
         };
         SceneError::Grid {
             entry,

@@ -13,6 +13,7 @@ pub(crate) mod ellipse_spec;
 pub(crate) mod error;
 pub(crate) mod expressions;
 pub(crate) mod gas_spec;
+pub(crate) mod gravity;
 pub(crate) mod kick_momentum;
 pub(crate) mod least_speed;
 pub(crate) mod max_time;
@@ -44,6 +45,7 @@ use crate::{
         elasticity_spec::ElasticitySpec,
         ellipse_spec::EllipseSpec,
         gas_spec::{GasSpec, serialize_gases},
+        gravity::GravitySpec,
         measure_from::MeasureFrom,
         measure_spec::MeasureSpec,
         method_spec::MethodSpec,
@@ -76,6 +78,9 @@ pub struct Scene {
     /// The box and the seed.
     #[serde(rename = "box")]
     pub bounds: BoxSpec,
+    /// Acceleration of all free bodies.
+    #[serde(skip_serializing_if = "GravitySpec::is_none")]
+    pub gravity: GravitySpec,
     /// Single molecules.
     pub molecule: Vec<MoleculeSpec>,
     /// Fixed discs.
@@ -544,6 +549,13 @@ pub struct StageSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = MAX_MAGNITUDE)))]
     pub drag: Option<f64>,
+    /// The gravity from here on (length per time squared); it replaces `gravity.acceleration`.
+    #[serde(
+        skip_serializing_if = "Option::is_none",
+        deserialize_with = "optional_vector"
+    )]
+    #[cfg_attr(feature = "schema", schemars(inner(range(min = -MAX_MAGNITUDE, max = MAX_MAGNITUDE))))]
+    pub gravity: Option<[f64; 2]>,
     /// Pairs of bodies that do not see each other from here on; it replaces `[[transparent]]` as a
     /// whole. Bodies that overlap and would see each other again are refused.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -579,6 +591,7 @@ impl Default for StageSpec {
             untag: Vec::new(),
             elasticity: None,
             drag: None,
+            gravity: None,
             transparent: None,
             lock: Vec::new(),
             unlock: Vec::new(),

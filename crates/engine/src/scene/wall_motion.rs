@@ -56,8 +56,24 @@ pub struct WallMotionSpec {
     )]
     #[doc(alias = "hinge")]
     pub about: Option<[f64; 2]>,
+    /// Amplitude of an oscillation (length), shorter than the shorter side of the box: the wall is
+    /// at A sin(Ω t + φ) from the middle of its oscillation, with the time t since the motion was
+    /// given to it. It begins where it is. Excludes `velocity`, `turn`, `about` and `times`.
+    #[serde(deserialize_with = "vector", skip_serializing_if = "is_zero_vector")]
+    #[cfg_attr(feature = "schema", schemars(inner(range(min = -MAX_MAGNITUDE, max = MAX_MAGNITUDE))))]
+    #[doc(alias = "shaker")]
+    pub amplitude: [f64; 2],
+    /// Angular frequency Ω of the oscillation (radians per time), positive.
+    #[serde(skip_serializing_if = "is_zero")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = MAX_MAGNITUDE)))]
+    pub frequency: f64,
+    /// Phase φ of the oscillation (radians). Default: 0, the middle.
+    #[serde(skip_serializing_if = "is_zero")]
+    #[cfg_attr(feature = "schema", schemars(range(min = -MAX_MAGNITUDE, max = MAX_MAGNITUDE)))]
+    pub phase: f64,
     /// Times of a table, from 0 on in ascending order, at least two: the time since the motion was
-    /// given to the wall. With `places`; excludes `velocity`, `turn` and `about`.
+    /// given to the wall. With `places`; excludes `velocity`, `turn`, `about` and
+    /// `amplitude`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     #[cfg_attr(feature = "schema", schemars(inner(range(min = 0.0, max = MAX_MAGNITUDE))))]
     pub times: Vec<f64>,
@@ -67,7 +83,6 @@ pub struct WallMotionSpec {
     pub places: Vec<[f64; 2]>,
     /// Whether the table begins anew after its last time. Default: the wall is then at rest.
     #[serde(skip_serializing_if = "is_false")]
-    #[doc(alias = "shaker")]
     pub repeat: bool,
 }
 

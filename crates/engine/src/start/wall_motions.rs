@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use carom_geometry::{MAX_MAGNITUDE, Molecule, PeriodicBox, check_length};
-use carom_kinematics::Motion;
+use carom_kinematics::{Drive, Motion, Orientation};
 use glam::DVec2;
 
 use crate::{
     contact::limits::refuse_slow,
     scene::{Scene, error::SceneError, wall_motion::WallMotionSpec},
-    world::World,
+    world::{World, drives::Oscillation},
 };
 
 impl WallMotionSpec {
@@ -34,12 +34,15 @@ impl WallMotionSpec {
             .iter()
             .chain([&self.turn])
             .chain(self.about.iter().flatten())
+            .chain(&self.amplitude)
+            .chain([&self.frequency, &self.phase])
             .chain(&self.times)
             .chain(self.places.as_flattened());
         for &number in numbers {
             check_length("a number of the motion of a wall", number).map_err(geometry)?;
         }
         self.pieces(entry)?;
+        self.oscillation(entry, bounds)?;
         let mut motion = Motion {
             velocity: DVec2::from(self.velocity),
             angular_velocity: self.turn,
@@ -80,6 +83,47 @@ impl WallMotionSpec {
         Ok((motion, Some(turned)))
     }
 
+    /// What the wall does beside uniform motion; `None` unless it oscillates.
+    fn oscillation(&self, entry: &str, bounds: &PeriodicBox) -> Result<Option<Drive>, SceneError> {
+        let problem = |problem: String| {
+            Err(SceneError::Entry {
+                entry: entry.to_owned(),
+                problem,
+            })
+        };
+        let amplitude = DVec2::from(self.amplitude);
+        if amplitude == DVec2::ZERO && self.frequency == 0.0 && self.phase == 0.0 {
+            return Ok(None);
+        }
+        if self.velocity != [0.0; 2] || self.turn != 0.0 || self.about.is_some() {
+            return problem(
+                "a motion has either an `amplitude` and a `frequency`, or `velocity` and `turn`"
+                    .to_owned(),
+            );
+        }
+        let (size, side) = (amplitude.x.hypot(amplitude.y), bounds.sides().min_element());
+        if !(size > 0.0 && size < side) {
+            return problem(format!(
+                "`amplitude` must be longer than 0 and shorter than the shorter side of the box, {side:e}, but its length \
+                 is {size:e}"
+            ));
+        }
+        let frequency = self.frequency;
+        let is_allowed = frequency > 0.0 && size * frequency * frequency <= MAX_MAGNITUDE;
+        if !is_allowed {
+            return problem(format!(
+                "`frequency` must be above 0 and give an acceleration of at most {MAX_MAGNITUDE:e}, but is {frequency:e}"
+            ));
+        }
+        let motion = Motion {
+            velocity: frequency * amplitude,
+            ..Motion::at_rest(DVec2::ZERO)
+        };
+        refuse_slow(entry, &motion, 0.0)?;
+        let phase = Orientation::from_radians(self.phase);
+        Ok(Some(Drive::oscillation(amplitude, frequency, phase)))
+    }
+
     /// The pieces of the table, as duration (time) and velocity (length per time); none without a
     /// table.
     fn pieces(&self, entry: &str) -> Result<Vec<(f64, DVec2)>, SceneError> {
@@ -92,9 +136,10 @@ impl WallMotionSpec {
         if self.times.is_empty() && self.places.is_empty() && !self.repeat {
             return Ok(Vec::new());
         }
-        if self.velocity != [0.0; 2] || self.turn != 0.0 || self.about.is_some() {
+        let is_other = self.velocity != [0.0; 2] || self.turn != 0.0 || self.about.is_some();
+        if is_other || self.amplitude != [0.0; 2] {
             return problem(
-                "a motion has either `times` and `places`, or `velocity` and `turn`".to_owned(),
+                "a motion has either `times` and `places`, or `velocity` and `turn`, or an `amplitude`".to_owned(),
             );
         }
         let (times, places) = (self.times.len(), self.places.len());
@@ -144,6 +189,7 @@ impl WallMotionSpec {
     ) -> Result<(), SceneError> {
         let (kind, place) = (&mut world.bodies[wall].kind, &mut world.motions[wall]);
         let (motion, molecule) = self.of_wall(entry, &kind.molecule, place, &world.bounds)?;
+        let drive = self.oscillation(entry, &world.bounds)?;
         if let Some(molecule) = molecule {
             Arc::make_mut(kind).molecule = Arc::new(molecule);
         }
@@ -151,6 +197,13 @@ impl WallMotionSpec {
         *place = Motion { position, ..motion };
         let winding = &mut world.windings[wall];
         *winding = [winding[0] + image[0], winding[1] + image[1]];
+        world.set_oscillation(
+            wall,
+            drive.map(|drive| Oscillation {
+                drive,
+                centre: position - drive.oscillation_now()[0],
+            }),
+        );
         world.set_wall_table(wall, self.pieces(entry)?, self.repeat);
         world.advance_wall_tables();
         Ok(())

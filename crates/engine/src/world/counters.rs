@@ -76,7 +76,7 @@ impl Add for SchedulerCounters {
 
 /// Energy lost and put in since the system was built (mass × length² / time²).
 ///
-/// At any time the kinetic energy is `initial − lost + put_in + heat + work − dragged`, to
+/// At any time the kinetic energy is `initial − lost + put_in + heat + work + fallen − dragged`, to
 /// rounding: each contact and each edit may add an error of some roundings of the largest energy
 /// and of the largest entry so far. After a large energy has been put in and taken out again, the
 /// error may exceed the energy left.
@@ -105,18 +105,25 @@ pub struct Ledger {
     /// Energy taken by the drag of all bodies
     /// ([`Simulation::set_drag`](crate::Simulation::set_drag)).
     pub dragged: f64,
+    /// Work of gravity on all bodies: what their potential energy has lost.
+    pub fallen: f64,
     /// `dragged` at the start of the epoch.
     pub(crate) dragged_before: f64,
     /// What contacts have taken in this epoch, each at the share 1 − (1 − γ s)² that the drag had
     /// taken of it before, so that it is not counted twice.
     pub(crate) dragged_from_lost: f64,
+    /// `fallen` at the start of the epoch.
+    pub(crate) fallen_before: f64,
+    /// Σ m g·x over all bodies at the start of the epoch.
+    pub(crate) fell_from: f64,
 }
 
 impl Ledger {
-    /// The kinetic energy according to the ledger: `initial − lost + put_in + heat + work −
-    /// dragged`.
+    /// The kinetic energy according to the ledger: `initial − lost + put_in + heat + work +
+    /// fallen − dragged`.
     pub fn booked(&self) -> f64 {
-        self.initial - self.lost + self.put_in + self.heat + self.work - self.dragged
+        let given = self.put_in + self.heat + self.work + self.fallen;
+        self.initial - self.lost + given - self.dragged
     }
 
     /// Books an energy lost in a contact, at the velocities of the epoch's clock, when the drag has
@@ -152,8 +159,18 @@ impl Ledger {
         (self.dragged_before, self.dragged_from_lost) = (self.dragged, 0.0);
     }
 
+    /// Books the work of gravity in this epoch up to now, from Σ m g·x over all bodies.
+    pub(crate) fn book_fall(&mut self, sum: f64) {
+        self.fallen = self.fallen_before + (sum - self.fell_from);
+    }
+
+    /// Begins an epoch with this sum of m g·x.
+    pub(crate) fn restart_fall(&mut self, sum: f64) {
+        (self.fallen_before, self.fell_from) = (self.fallen, sum);
+    }
+
     /// All entries, to be checked.
-    pub(crate) fn entries(&self) -> [f64; 9] {
+    pub(crate) fn entries(&self) -> [f64; 12] {
         let Self {
             initial,
             lost,
@@ -164,6 +181,9 @@ impl Ledger {
             dragged,
             dragged_before,
             dragged_from_lost,
+            fallen,
+            fallen_before,
+            fell_from,
         } = *self;
         [
             initial,
@@ -175,6 +195,9 @@ impl Ledger {
             dragged,
             dragged_before,
             dragged_from_lost,
+            fallen,
+            fallen_before,
+            fell_from,
         ]
     }
 }

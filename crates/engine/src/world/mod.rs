@@ -5,6 +5,7 @@ pub(crate) mod centre_of_mass;
 pub(crate) mod coincident_walls;
 pub(crate) mod contact_event;
 pub(crate) mod counters;
+pub(crate) mod drives;
 pub(crate) mod heat;
 pub(crate) mod index_or_none;
 pub(crate) mod pair_table;
@@ -20,10 +21,12 @@ pub(crate) mod wrapped;
 use std::{collections::BTreeMap, sync::Arc};
 
 use carom_geometry::PeriodicBox;
-use carom_kinematics::{DragClock, EpochTime, Motion, Orientation, kinetic_energy};
+use carom_kinematics::{DragClock, Drive, EpochTime, Motion, Orientation, kinetic_energy};
+use glam::DVec2;
 
 use crate::world::{
     body::{Body, BodyKey, BodyKind},
+    drives::Oscillation,
     pair_table::PairTable,
     tags::Tags,
     wall_table::WallTable,
@@ -49,6 +52,11 @@ pub struct World {
     /// than the list of bodies if the last ones have none. Schedulers do not hold the orientations
     /// of discs.
     pub(crate) axes: Vec<Option<Orientation>>,
+    /// Walls that oscillate, in the order of the bodies; shorter than the list of bodies if the last
+    /// ones do not, and empty if none does.
+    pub(crate) oscillations: Vec<Option<Oscillation>>,
+    /// Acceleration of all free bodies (length per time squared).
+    pub(crate) gravity: DVec2,
     /// Walls whose velocity changes at given times.
     pub(crate) wall_tables: Vec<WallTable>,
     /// Start of the epoch.
@@ -82,6 +90,8 @@ impl World {
             windings: Vec::new(),
             last_contacts: Vec::new(),
             axes: Vec::new(),
+            oscillations: Vec::new(),
+            gravity: DVec2::ZERO,
             wall_tables: Vec::new(),
             epoch: EpochTime::ZERO,
             next_id: 0,
@@ -264,8 +274,11 @@ impl World {
     /// The indices of the walls that move, in the order of [`Self::bodies`].
     pub(crate) fn moving_walls(&self) -> impl Iterator<Item = usize> {
         let bodies = self.bodies.iter().zip(&self.motions).enumerate();
+        let oscillates = |index: usize| self.oscillation(index).is_some();
         bodies
-            .filter(|(_, (body, motion))| body.is_fixed() && !motion.is_at_rest())
+            .filter(move |(index, (body, motion))| {
+                body.is_fixed() && (!motion.is_at_rest() || oscillates(*index))
+            })
             .map(|(index, _)| index)
     }
 
@@ -349,6 +362,10 @@ impl World {
         keep(&mut self.windings, &keeps);
         keep(&mut self.last_contacts, &keeps);
         keep(&mut self.axes, &keeps);
+        keep(&mut self.oscillations, &keeps);
+        if self.oscillations.iter().all(Option::is_none) {
+            self.oscillations.clear();
+        }
         let bodies = &self.bodies;
         self.wall_tables
             .retain(|table| bodies.binary_search_by_key(&table.key, Body::key).is_ok());
@@ -360,6 +377,7 @@ impl World {
         self.motions.pop();
         self.windings.pop();
         self.axes.truncate(self.bodies.len());
+        self.oscillations.truncate(self.bodies.len());
         self.next_id -= 1;
     }
 
@@ -385,16 +403,27 @@ impl World {
     /// Moves all bodies to `offset` in the epoch and begins a new epoch there.
     pub(crate) fn rebase(&mut self, offset: f64) {
         let slowing = self.clock.slowing(offset);
+        let falls = self.falls();
+        let fallen = Drive::acceleration(self.gravity).deviation(0.0, offset);
+        for body in 0..self.oscillations.len() {
+            if let Some(motion) = self.restart_oscillation(body, offset) {
+                self.motions[body] = motion;
+            }
+        }
         for ((motion, body), winding) in self
             .motions
             .iter_mut()
             .zip(&self.bodies)
             .zip(&mut self.windings)
         {
-            if body.is_fixed() && motion.is_at_rest() {
+            if body.is_fixed() && motion.is_at_rest() && motion.time == 0.0 {
                 continue;
             }
-            let here = motion.at(offset).slowed(slowing);
+            let mut here = motion.at(offset).slowed(slowing);
+            if falls && !body.is_fixed() {
+                here.position += fallen.position;
+                here.velocity += fallen.velocity;
+            }
             let (position, image) = self.bounds.wrap(here.position);
             *motion = Motion {
                 position,

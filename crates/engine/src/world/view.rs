@@ -8,7 +8,7 @@ use crate::world::{
     World,
     body::{Body, BodyKey},
     counters::{Counters, Ledger},
-    heat::HeatByTag,
+    heat::{HeatByTag, exact_sum},
     tags::{Tag, TagNames},
     wall::StandingWall,
 };
@@ -60,6 +60,9 @@ impl<'a> View<'a> {
         let clock = self.world.clock;
         if !clock.is_free() {
             ledger.book_drag(self.world.energy(), clock.slowing(self.offset));
+        }
+        if self.world.falls() && self.offset != 0.0 {
+            ledger.book_fall(self.world.sum_of_falls(self.offset));
         }
         ledger
     }
@@ -118,6 +121,11 @@ impl<'a> View<'a> {
         self.world.clock.drag()
     }
 
+    /// The acceleration of all free bodies by gravity (length per time squared).
+    pub fn gravity(&self) -> DVec2 {
+        self.world.gravity
+    }
+
     /// Whether rules for pairs of tags affect bodies: some do not see each other
     /// ([`TransparentSpec`](crate::TransparentSpec)), or touch at another distance than the sum of
     /// their radii ([`DiameterSpec`](crate::DiameterSpec)).
@@ -127,6 +135,9 @@ impl<'a> View<'a> {
 
     /// Kinetic energy of all bodies (mass × length² / time²).
     pub fn energy(&self) -> f64 {
+        if self.world.falls() {
+            return exact_sum(self.bodies().map(|body| body.energy()));
+        }
         let slowing = self.world.clock.slowing(self.offset);
         self.world.energy() * (slowing * slowing)
     }
@@ -181,8 +192,8 @@ impl BodyView<'_> {
 }
 
 fn body_at(world: &World, index: usize, offset: f64) -> BodyView<'_> {
-    let motion = world.motions[index]
-        .at(offset)
+    let motion = world
+        .motion_at(index as u32, &world.motions[index], offset)
         .slowed(world.clock.slowing(offset));
     let (position, image) = world.bounds.wrap(motion.position);
     let winding = world.windings[index];

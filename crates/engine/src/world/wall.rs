@@ -3,7 +3,7 @@
 
 use carom_detection::Part;
 use carom_geometry::Edge;
-use carom_kinematics::Motion;
+use carom_kinematics::{Drive, Motion};
 use carom_response::ContactFrame;
 use glam::DVec2;
 
@@ -60,12 +60,14 @@ impl StandingWall {
     /// The wall in the middle of a span of time (offsets in the epoch), and the distance (length)
     /// that no point of it exceeds from its place there during the span; `None` if the body is no
     /// wall.
-    pub fn during(body: &Body, motion: &Motion, [from, to]: [f64; 2]) -> Option<(Self, f64)> {
-        if motion.is_at_rest() {
-            return Some((Self::new(body, motion)?, 0.0));
-        }
-        let wall = Self::new(body, &motion.at(0.5 * (from + to)))?;
-        Some((wall, wall_speed(body, motion) * (0.5 * (to - from))))
+    pub fn during(
+        body: &Body,
+        motion: &Motion,
+        drive: Option<&Drive>,
+        span: [f64; 2],
+    ) -> Option<(Self, f64)> {
+        let (middle, way) = place_during(body, motion, drive, span);
+        Some((Self::new(body, &middle)?, way))
     }
 
     /// Its middle (length).
@@ -203,10 +205,39 @@ impl StandingWall {
     }
 }
 
-/// The largest speed of a point of a wall (length per time).
+/// The motion of a fixed body in the middle of a span of time (offsets in the epoch), and the
+/// distance (length) that no point of it exceeds from its place there during the span.
+pub(crate) fn place_during(
+    body: &Body,
+    motion: &Motion,
+    drive: Option<&Drive>,
+    [from, to]: [f64; 2],
+) -> (Motion, f64) {
+    let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+    match drive {
+        None if motion.is_at_rest() => (*motion, 0.0),
+        None => (motion.at(middle), wall_speed(body, motion) * half),
+        Some(drive) => {
+            let way = drive.longest_way(half, to) + wall_speed(body, motion) * half;
+            (drive.applied(motion, middle), way)
+        }
+    }
+}
+
+/// The largest speed of a point of a wall in uniform motion (length per time).
 pub(crate) fn wall_speed(body: &Body, motion: &Motion) -> f64 {
     let rim = motion.angular_velocity.abs() * body.molecule().bounding_radius();
     motion.velocity.length() + rim
+}
+
+/// Every cell of any image that has a point in a square about `centre` with half the side `reach`
+/// (lengths).
+pub(crate) fn cells_about(centre: DVec2, reach: f64, side: DVec2) -> Vec<[i64; 2]> {
+    let [low, high] = [centre - reach, centre + reach].map(|corner| (corner / side).floor());
+    let columns = low.x as i64..=high.x as i64;
+    let rows = low.y as i64..=high.y as i64;
+    rows.flat_map(|row| columns.clone().map(move |column| [column, row]))
+        .collect()
 }
 
 /// Wraps the index of a cell of any image into the box of `counts` cells, and returns the image in

@@ -968,6 +968,26 @@ class Simulation:
         """
         self._core.set_drag(number("drag", drag))
 
+    def set_gravity(self, gravity: Sequence[float]) -> None:
+        """Changes the gravity: from now on all free bodies have this acceleration.
+
+        Parameters
+        ----------
+        gravity : two floats
+            Acceleration (length/time²). A wall across the box must stop bodies that fall.
+
+        Examples
+        --------
+        >>> import carom
+        >>> ball = {"shape": "disc", "atom_radius": 0.125, "atom_mass": 1, "at": [0.5, 0.75]}
+        >>> sim = carom.Simulation({"wall": [{"y": 0.125}], "molecule": [ball]})
+        >>> sim.set_gravity([0, -1])
+        >>> sim.run(until=1)
+        >>> round(float(sim.positions[0, 1]), 12)
+        0.25
+        """
+        self._core.set_gravity(numbers("gravity", gravity, 2))
+
     def lock(self, which: Which = None) -> None:
         """Locks the present orientation of bodies; they stop turning.
 

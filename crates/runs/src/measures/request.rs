@@ -16,6 +16,17 @@ use crate::schedule::stages;
 /// The interval of a measure may differ from a multiple of the run's by this share: rounding.
 const ROUNDING: f64 = 1e-9;
 
+/// Measures that follow bodies between contacts on straight lines.
+const STRAIGHT_FLIGHT: [&str; 7] = [
+    "body-frame-diffusion",
+    "correlation",
+    "drift",
+    "free-path",
+    "heat-conductivity",
+    "kicks",
+    "viscosity",
+];
+
 /// A measure that a scene asks for.
 #[derive(Debug, Clone)]
 pub struct Request {
@@ -193,6 +204,17 @@ pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
         bail!(
             "{}: '{}' needs velocities that are constant between contacts, but a drag slows the bodies: remove it, or \
              the drag",
+            request.entry,
+            request.kind.name
+        );
+    }
+    let needs_straight_flight = |request: &&Request| STRAIGHT_FLIGHT.contains(&request.kind.name);
+    if stages::falls(scene)
+        && let Some(request) = requests.iter().find(needs_straight_flight)
+    {
+        bail!(
+            "{}: '{}' needs bodies that fly straight between contacts, but gravity bends their paths: remove it, or the \
+             gravity",
             request.entry,
             request.kind.name
         );

@@ -238,6 +238,10 @@ impl Edits<'_> {
             "drag".clone_into(self.entry);
             self.batch.set_drag(drag)?;
         }
+        if let Some(gravity) = spec.gravity {
+            "gravity".clone_into(self.entry);
+            self.batch.set_gravity(gravity)?;
+        }
         if let Some(transparent) = &spec.transparent {
             "transparent".clone_into(self.entry);
             self.batch.set_transparent(transparent)?;

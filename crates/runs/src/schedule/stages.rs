@@ -58,6 +58,7 @@ pub fn check(scene: &Scene) -> Result<()> {
             }
         }
         stage.drag_clock(&format!("stage[{index}]"))?;
+        stage.gravity(&format!("stage[{index}]"))?;
         for (number, heat) in stage.set_energy.iter().enumerate() {
             heat.rule(&format!("stage[{index}].set_energy[{number}]"))?;
         }
@@ -185,6 +186,9 @@ pub fn is_disturbed(scene: &Scene) -> Option<&'static str> {
     if is_dragged(scene) {
         return Some("a drag slows the bodies");
     }
+    if falls(scene) {
+        return Some("bodies fall");
+    }
     if moves_walls(scene) {
         return Some("walls move");
     }
@@ -207,6 +211,17 @@ pub fn is_dragged(scene: &Scene) -> bool {
     for stage in &scene.stage {
         drag = stage.drag.unwrap_or(drag);
         acts |= stage.measure && drag > 0.0;
+    }
+    acts
+}
+
+/// Whether a gravity acts in the measured part of a run.
+pub fn falls(scene: &Scene) -> bool {
+    let mut gravity = scene.gravity.acceleration;
+    let mut acts = scene.stage.is_empty() && gravity != [0.0; 2];
+    for stage in &scene.stage {
+        gravity = stage.gravity.unwrap_or(gravity);
+        acts |= stage.measure && gravity != [0.0; 2];
     }
     acts
 }

@@ -99,10 +99,13 @@ impl<F: CellFrame> CellState<F> {
             self.molecule(world, pair[1]).outline(),
         );
         let horizon = best.time.min(self.limit) - now;
-        match detection
-            .first_contact_after(bound, a, b, &relative, horizon)
-            .outcome
-        {
+        let answer = match world.relative_drive(pair) {
+            None => detection.first_contact_after(bound, a, b, &relative, horizon),
+            Some(drive) => {
+                detection.first_contact_driven(bound, [a, b], &relative, (&drive, now), horizon)
+            }
+        };
+        match answer.outcome {
             Outcome::Free => {}
             Outcome::Contact(contact) => {
                 let time = now + contact.time;
@@ -191,7 +194,7 @@ impl<F: CellFrame> CellState<F> {
         now: f64,
     ) -> RelativeMotion {
         let (a, b) = (self.motion(pair[0]), self.motion(pair[1]));
-        RelativeMotion::between(&a, &b, world.bounds().shift(image), now)
+        world.relative_motion(pair, [&a, &b], image, now)
     }
 
     /// The discs seen from a tile of a multi-cell body.

@@ -13,7 +13,7 @@ use crate::{
     },
     world::{
         World,
-        wall::{StandingWall, wall_speed},
+        wall::{StandingWall, place_during, wall_speed},
     },
 };
 
@@ -83,7 +83,8 @@ impl CellState {
         bodies
     }
 
-    /// Sets the span for which a wall is listed from now on, and its place in the middle of it.
+    /// Sets the span for which a fixed body that moves is listed from now on, and its place in the
+    /// middle of it.
     fn set_span(&mut self, world: &World, index: usize, now: f64) {
         let side = self.grid.side().min_element();
         let multi_cell_body = &mut self.multi_cell.list[index];
@@ -91,11 +92,14 @@ impl CellState {
             &world.bodies[multi_cell_body.body as usize],
             &multi_cell_body.motion,
         );
-        let until = (now + SPAN * side / wall_speed(body, motion)).max(now.next_up());
-        let Some((wall, way)) = StandingWall::during(body, motion, [now, until]) else {
-            return;
-        };
-        multi_cell_body.wall = Some(wall);
+        let drive = multi_cell_body.drive.as_ref();
+        let fastest = drive.map_or(0.0, |drive| drive.top_speed(self.limit));
+        let until = now + SPAN * side / (wall_speed(body, motion) + fastest);
+        let until = until.max(now.next_up());
+        let (middle, way) = place_during(body, motion, drive, [now, until]);
+        multi_cell_body.wall = StandingWall::new(body, &middle);
+        // Not wrapped into the box, like the motion.
+        multi_cell_body.centre = middle.position;
         multi_cell_body.shell = way * MARGIN;
         multi_cell_body.listed_until = until;
     }
@@ -124,7 +128,7 @@ impl CellState {
                 .min(multi_cell_body.radius.max(0.5 * small))
                 .max(least)
         };
-        if self.multi_cell.list[index].is_moving_wall() {
+        if self.multi_cell.list[index].is_moving_fixed() {
             self.set_span(world, index, now);
         }
         self.list_in_cells(index);
@@ -248,6 +252,7 @@ pub(in crate::cells) fn cells_of_fixed_body(
         body as u32,
         &world.bodies()[body],
         motion,
+        world.drive(body).as_ref(),
         grid.holds_molecules(),
     );
     fixed.centre = world.bounds().wrap(motion.position).0;

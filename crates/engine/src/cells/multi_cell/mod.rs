@@ -24,7 +24,7 @@ mod listing;
 mod search;
 
 use carom_detection::Part;
-use carom_kinematics::Motion;
+use carom_kinematics::{Drive, Motion};
 use glam::DVec2;
 
 pub(super) use self::{
@@ -94,6 +94,8 @@ pub(super) struct MultiCellBody {
     /// Bounding radius (length).
     pub radius: f64,
     motion: Motion,
+    /// What it does beside uniform motion.
+    drive: Option<Drive>,
     /// Centre and radius of the shell (length).
     pub centre: DVec2,
     pub shell: f64,
@@ -108,15 +110,24 @@ pub(super) struct MultiCellBody {
 
 impl MultiCellBody {
     /// A body that is listed nowhere yet; `among_molecules` if bodies in cells may be molecules.
-    pub fn new(index: u32, body: &Body, motion: &Motion, among_molecules: bool) -> Self {
+    pub fn new(
+        index: u32,
+        body: &Body,
+        motion: &Motion,
+        drive: Option<&Drive>,
+        among_molecules: bool,
+    ) -> Self {
         Self {
             body: index,
             fixed: body.is_fixed(),
-            is_disc_among_discs: body.kind.molecule.is_disc() && !among_molecules,
+            is_disc_among_discs: body.kind.molecule.is_disc()
+                && !among_molecules
+                && drive.is_none(),
             wall: StandingWall::new(body, motion),
             listed_until: f64::INFINITY,
             radius: body.kind.molecule.bounding_radius(),
             motion: *motion,
+            drive: drive.copied(),
             centre: motion.position,
             shell: 0.0,
             cells: Vec::new(),
@@ -127,9 +138,9 @@ impl MultiCellBody {
 }
 
 impl MultiCellBody {
-    /// Whether it is a wall that moves.
-    fn is_moving_wall(&self) -> bool {
-        self.fixed && !self.motion.is_at_rest()
+    /// Whether it is a fixed body that moves.
+    fn is_moving_fixed(&self) -> bool {
+        self.fixed && (!self.motion.is_at_rest() || self.drive.is_some())
     }
 }
 
@@ -179,13 +190,14 @@ impl MultiCellBodies {
         index: u32,
         body: &Body,
         motion: &Motion,
+        drive: Option<&Drive>,
         bodies: usize,
         among_molecules: bool,
     ) {
         self.index_of.resize(bodies, IndexOrNone::NONE);
         self.expect_contacts(bodies);
         self.index_of[index as usize] = IndexOrNone::new(self.list.len());
-        let multi_cell_body = MultiCellBody::new(index, body, motion, among_molecules);
+        let multi_cell_body = MultiCellBody::new(index, body, motion, drive, among_molecules);
         self.has_molecules |= !multi_cell_body.is_disc_among_discs;
         self.list.push(multi_cell_body);
     }

@@ -8,6 +8,7 @@
 //! bodies of the cell one by one: by their bounding circles, then by their atoms.
 
 use carom_detection::{DISC_LANES, Detection, QueryBody};
+use smallvec::SmallVec;
 
 use super::{EarliestEvent, Listed, MultiCellBody, Surroundings};
 use crate::{
@@ -66,9 +67,15 @@ impl<F: CellFrame> CellState<F> {
         }
         let in_closed_form =
             multi_cell_body.is_disc_among_discs && detection.decides_discs_in_closed_form();
+        let mut driven: SmallVec<[Listed; 4]> = SmallVec::new();
         for neighbour in &multi_cell_body.neighbours {
             let other = &self.multi_cell.list[neighbour.index as usize];
-            if !(in_closed_form && other.is_disc_among_discs) {
+            if other.drive.is_some() {
+                driven.push(Listed {
+                    index: other.body,
+                    image: neighbour.image,
+                });
+            } else if !(in_closed_form && other.is_disc_among_discs) {
                 around.seen.push(Listed {
                     index: other.body,
                     image: neighbour.image,
@@ -101,6 +108,15 @@ impl<F: CellFrame> CellState<F> {
                     })
                 },
             );
+        }
+        // No bound of the broad phase holds for them.
+        driven.retain(|other| Some(other.index) != except);
+        for &item in &driven {
+            candidates.push(Candidate {
+                bound: 0.0,
+                item,
+                is_tight: true,
+            });
         }
         for some in seen.chunks(DISC_LANES) {
             let bounds = detection.contact_time_lower_bounds(
@@ -267,7 +283,20 @@ impl<F: CellFrame> CellState<F> {
             let image = listed.image.map(|boxes| -boxes);
             let multi_cell_body =
                 &self.multi_cell.list[self.multi_cell.index_of[other as usize].index()];
-            if multi_cell_body.is_disc_among_discs && detection.decides_discs_in_closed_form() {
+            if multi_cell_body.drive.is_some() {
+                // No bound of the broad phase holds for it.
+                let candidate = Candidate {
+                    bound: 0.0,
+                    item: Listed {
+                        index: other,
+                        image,
+                    },
+                    is_tight: true,
+                };
+                self.search(world, detection, disc, &candidate, now, &mut best);
+            } else if multi_cell_body.is_disc_among_discs
+                && detection.decides_discs_in_closed_form()
+            {
                 self.test_large_disc(
                     disc,
                     Listed {

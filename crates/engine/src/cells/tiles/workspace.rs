@@ -443,7 +443,7 @@ impl Workspace {
             let (body, motion) = (&world.bodies[body as usize], &world.motions[body as usize]);
             state
                 .multi_cell
-                .add(index, body, motion, bodies, holds_molecules);
+                .add(index, body, motion, None, bodies, holds_molecules);
         }
         let window = *state.neighbour_lists.frame();
         state

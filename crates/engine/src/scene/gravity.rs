@@ -1,0 +1,132 @@
+//! The acceleration of all free bodies by gravity.
+
+use carom_geometry::MAX_MAGNITUDE;
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    scene::{StageSpec, error::SceneError, two_numbers::vector},
+    world::World,
+};
+
+/// A uniform gravity. Free bodies fall on parabolas; a wall across the box must stop them.
+///
+/// ```
+/// use carom_engine::{Scene, Simulation};
+///
+/// // A ball that is let fall from 1/2 above the floor returns there.
+/// let mut simulation = Simulation::new(&Scene::from_toml(r#"
+///     [gravity]
+///     acceleration = [0.0, -1.0]
+///     [[wall]]
+///     y = 0.125
+///     [[molecule]]
+///     shape = "disc"
+///     atom_radius = 0.125
+///     atom_mass = 1.0
+///     at = [0.5, 0.75]
+/// "#)?)?;
+/// simulation.run_until(1.0)?;
+/// let view = simulation.view();
+/// let ball = view.bodies().next().unwrap().motion;
+/// assert!((ball.position.y - 0.25).abs() < 1e-15 && (ball.velocity.y + 1.0).abs() < 1e-15);
+/// simulation.run_until(2.0)?;
+/// let ball = simulation.view().bodies().next().unwrap().motion;
+/// assert!((ball.position.y - 0.75).abs() < 1e-15);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+#[doc(alias = "field")]
+pub struct GravitySpec {
+    /// Acceleration of all free bodies (length per time squared). Default: 0.
+    #[cfg_attr(feature = "schema", schemars(inner(range(min = -MAX_MAGNITUDE, max = MAX_MAGNITUDE))))]
+    #[serde(deserialize_with = "vector")]
+    pub acceleration: [f64; 2],
+}
+
+impl GravitySpec {
+    /// Whether there is none.
+    pub fn is_none(&self) -> bool {
+        self.acceleration == [0.0; 2]
+    }
+}
+
+impl StageSpec {
+    /// The gravity from this stage on (length per time squared); `None` if the stage does not
+    /// change it. `entry` names the stage in errors.
+    ///
+    /// # Errors
+    /// [`SceneError::Entry`] if a number is not finite, or above 10⁶⁰ in magnitude.
+    pub fn gravity(&self, entry: &str) -> Result<Option<DVec2>, SceneError> {
+        self.gravity
+            .map(|gravity| gravity_of(&format!("{entry}.gravity"), gravity))
+            .transpose()
+    }
+}
+
+/// A gravity whose components are at most 10⁶⁰ in magnitude.
+pub(crate) fn gravity_of(entry: &str, gravity: [f64; 2]) -> Result<DVec2, SceneError> {
+    let is_allowed = |number: &f64| {
+        number.abs() <= MAX_MAGNITUDE && (*number == 0.0 || number.abs() >= 1.0 / MAX_MAGNITUDE)
+    };
+    if gravity.iter().all(is_allowed) {
+        return Ok(DVec2::from(gravity) + 0.0);
+    }
+    Err(SceneError::Entry {
+        entry: entry.to_owned(),
+        problem: format!(
+            "the components of gravity must be 0 or from {:e} to {MAX_MAGNITUDE:e} in magnitude (length/time²), but are \
+             {gravity:?}",
+            1.0 / MAX_MAGNITUDE
+        ),
+    })
+}
+
+/// Refuses a gravity that cannot be computed: with drag, with curved walls, or without a wall across
+/// the box in its way.
+pub(crate) fn refuse_gravity(world: &World) -> Result<(), SceneError> {
+    let problem = |problem: String| {
+        Err(SceneError::Entry {
+            entry: "gravity".to_owned(),
+            problem,
+        })
+    };
+    if !world.falls() {
+        return Ok(());
+    }
+    if !world.clock.is_free() {
+        return problem(format!(
+            "bodies cannot have both a gravity and a drag, which is {} (1/time): set one of them to 0",
+            world.clock.drag()
+        ));
+    }
+    let walls = || {
+        world
+            .bodies
+            .iter()
+            .filter_map(|body| Some((body, body.molecule().wall_edge()?)))
+    };
+    if walls().any(|(_, edge)| edge.bend().is_some()) {
+        return problem(
+            "curved walls are not searched for bodies that fall yet: use straight walls".to_owned(),
+        );
+    }
+    let across = walls().filter(|(body, _)| body.molecule().atoms().is_empty());
+    // The walls across the box are never turned.
+    let stops = |axis: DVec2| {
+        across
+            .clone()
+            .any(|(_, edge)| edge.along().perp_dot(axis) != 0.0)
+    };
+    for (name, axis, key) in [("x", DVec2::X, "x"), ("y", DVec2::Y, "y")] {
+        if world.gravity.dot(axis) != 0.0 && !stops(axis) {
+            return problem(format!(
+                "bodies would fall for ever through the periodic box along {name}: add a wall across the box \
+                 (`[[wall]]` with `{key}`)"
+            ));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,237 @@
+//! Driven bodies: walls that oscillate, and fixed bodies in the frame that falls with the gravity.
+//!
+//! # Gravity
+//! All free bodies have the same acceleration g. In a frame that falls with them they fly uniformly,
+//! so that contacts of two free bodies and crossings of cells are those without gravity, and fixed
+//! bodies have the acceleration −g. At the start of each epoch the falling frame coincides with the
+//! laboratory, so that all motions of a [`World`] are those of the laboratory; τ later a free body at
+//! x with the velocity v in the falling frame is at x + ½ g τ² and has the velocity v + g τ.
+//! Contacts are resolved in the laboratory, where walls at rest do no work.
+
+use carom_geometry::MAX_MAGNITUDE;
+use carom_kinematics::{Drive, Motion, RelativeMotion};
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+
+use crate::world::{World, heat::exact_sum};
+
+/// The largest change of the phase of an oscillation in an epoch (radians). Smaller: more epochs.
+/// Larger: the rounding of places grows in proportion.
+const MAX_PHASE: f64 = 64.0;
+
+/// The longest way that the falling frame falls in an epoch, in shorter sides of the box. Smaller:
+/// more epochs. Larger: walls are listed in more cells, and places have more rounding.
+const MAX_FALL: f64 = 0.25;
+
+/// Two places that differ by less than this share of the box are one.
+const SAME_PLACE: f64 = 1e-9;
+
+/// The oscillation of a wall.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Oscillation {
+    /// What the wall does beside uniform motion, from the start of the epoch on.
+    pub drive: Drive,
+    /// The place about which it oscillates (length).
+    pub centre: DVec2,
+}
+
+impl Oscillation {
+    /// Whether a simulation in a box with these sides (length) can have written it for a wall with
+    /// this motion at the start of an epoch.
+    pub fn is_of(&self, motion: &Motion, sides: DVec2) -> bool {
+        let drive = &self.drive;
+        let amplitude = drive.amplitude();
+        let [displacement, velocity] = drive.oscillation_now();
+        let boxes = (motion.position - (self.centre + displacement)) / sides;
+        let is_there = (boxes - boxes.round()).abs().max_element() <= SAME_PLACE;
+        let size = amplitude.length();
+        drive.is_finite()
+            && self.centre.is_finite()
+            && drive.frequency() > 0.0
+            && (size > 0.0 && size < sides.min_element())
+            && size * drive.frequency() * drive.frequency() <= MAX_MAGNITUDE
+            && is_there
+            && motion.velocity == velocity
+    }
+}
+
+impl World {
+    /// Whether some body may be driven.
+    #[inline]
+    pub(crate) fn is_driven(&self) -> bool {
+        !self.oscillations.is_empty() | self.falls()
+    }
+
+    /// Whether there is a gravity.
+    #[inline]
+    pub(crate) fn falls(&self) -> bool {
+        self.gravity != DVec2::ZERO
+    }
+
+    /// What a body does beside uniform motion in the falling frame, from the start of the epoch on;
+    /// `None` for most. The body is an index in the order of [`Self::bodies`].
+    #[inline]
+    pub(crate) fn drive(&self, body: usize) -> Option<Drive> {
+        if !self.is_driven() {
+            return None;
+        }
+        let oscillation = self.oscillation(body);
+        if self.falls() && self.bodies[body].is_fixed() {
+            return Some(oscillation.unwrap_or_default().accelerated(-self.gravity));
+        }
+        oscillation
+    }
+
+    /// What a wall that oscillates does beside uniform motion in the laboratory.
+    pub(crate) fn oscillation(&self, body: usize) -> Option<Drive> {
+        let oscillation = self.oscillations.get(body)?.as_ref()?;
+        Some(oscillation.drive)
+    }
+
+    /// What the second of two bodies does relative to the first beside uniform motion; `None` if
+    /// both are fixed or both free.
+    #[inline]
+    pub(crate) fn relative_drive(&self, bodies: [u32; 2]) -> Option<Drive> {
+        if !self.is_driven() {
+            return None;
+        }
+        let [first, second] = bodies.map(|body| self.drive(body as usize));
+        second.or_else(|| first.map(|drive| -drive))
+    }
+
+    /// The motion in the laboratory at a time (offset in the epoch) of a body with this motion in
+    /// the falling frame since an earlier time.
+    #[inline]
+    pub(crate) fn motion_at(&self, body: u32, motion: &Motion, time: f64) -> Motion {
+        match self.is_driven() {
+            false => motion.at(time),
+            true => self.driven_motion_at(body, motion, time),
+        }
+    }
+
+    #[cold]
+    fn driven_motion_at(&self, body: u32, motion: &Motion, time: f64) -> Motion {
+        let body = body as usize;
+        let drive = if self.falls() && !self.bodies[body].is_fixed() {
+            Drive::acceleration(self.gravity)
+        } else {
+            self.oscillation(body).unwrap_or_default()
+        };
+        let (there, deviation) = (motion.at(time), drive.deviation(0.0, time));
+        Motion {
+            position: there.position + deviation.position,
+            velocity: there.velocity + deviation.velocity,
+            ..there
+        }
+    }
+
+    /// The motion in the falling frame of a body with this one in the laboratory, which begins now.
+    pub(crate) fn falling(&self, body: u32, motion: &Motion) -> Motion {
+        if !self.falls() || self.bodies[body as usize].is_fixed() {
+            return *motion;
+        }
+        let time = motion.time;
+        Motion {
+            position: motion.position - (0.5 * time * time) * self.gravity,
+            velocity: motion.velocity - time * self.gravity,
+            ..*motion
+        }
+    }
+
+    /// Σ m g·x over all free bodies at a time (offset in the epoch), with their positions x without
+    /// periodic jumps: the potential energy with the opposite sign (mass × length² / time²).
+    pub(crate) fn sum_of_falls(&self, time: f64) -> f64 {
+        let free = (0..self.bodies.len()).filter(|&body| !self.bodies[body].is_fixed());
+        let terms = free.map(|body| {
+            let place = self
+                .motion_at(body as u32, &self.motions[body], time)
+                .position
+                + self.bounds.shift(self.windings[body]);
+            self.bodies[body].molecule().mass() * self.gravity.dot(place)
+        });
+        exact_sum(terms)
+    }
+
+    /// The relative motion at a time (offset in the epoch) of two bodies with these motions in the
+    /// falling frame, of which the second is seen in an image (boxes).
+    #[inline]
+    pub(crate) fn relative_motion(
+        &self,
+        bodies: [u32; 2],
+        motions: [&Motion; 2],
+        image: [i64; 2],
+        time: f64,
+    ) -> RelativeMotion {
+        let shift = self.bounds.shift(image);
+        let uniform = RelativeMotion::between(motions[0], motions[1], shift, time);
+        match self.relative_drive(bodies) {
+            None => uniform,
+            Some(drive) => uniform.deviated(&drive.deviation(0.0, time)),
+        }
+    }
+
+    /// The longest epoch (time) of driven bodies, so that rounding stays small; infinite without
+    /// one.
+    pub(crate) fn longest_driven_epoch(&self) -> f64 {
+        let oscillations = self.oscillations.iter().flatten();
+        let fall = 2.0 * MAX_FALL * self.bounds.sides().min_element();
+        oscillations
+            .map(|oscillation| MAX_PHASE / oscillation.drive.frequency())
+            .fold((fall / self.gravity.length()).sqrt(), f64::min)
+    }
+
+    /// Sets or ends the oscillation of a wall (index in the order of [`Self::bodies`]) about a place
+    /// (length). Its motion becomes that of the oscillation.
+    pub(crate) fn set_oscillation(&mut self, wall: usize, oscillation: Option<Oscillation>) {
+        if self.oscillations.len() <= wall && oscillation.is_some() {
+            self.oscillations.resize(self.bodies.len(), None);
+        }
+        if let Some(place) = self.oscillations.get_mut(wall) {
+            *place = oscillation;
+        }
+        if self.oscillations.iter().all(Option::is_none) {
+            self.oscillations.clear();
+        }
+        if let Some(Oscillation { drive, centre }) = oscillation {
+            let [displacement, velocity] = drive.oscillation_now();
+            let motion = &mut self.motions[wall];
+            (motion.position, motion.velocity) = (centre + displacement, velocity);
+        }
+    }
+
+    /// Lets all oscillations run backwards from the start of the epoch on.
+    pub(crate) fn reverse_oscillations(&mut self) {
+        for wall in 0..self.oscillations.len() {
+            if let Some(oscillation) = self.oscillations[wall] {
+                let drive = oscillation.drive.reversed();
+                self.set_oscillation(
+                    wall,
+                    Some(Oscillation {
+                        drive,
+                        ..oscillation
+                    }),
+                );
+            }
+        }
+    }
+
+    /// Lets the oscillation of a body begin anew at `offset` in the epoch, and returns its motion
+    /// then. It is computed from the place about which the body oscillates, so that no rounding
+    /// accumulates.
+    pub(crate) fn restart_oscillation(&mut self, body: usize, offset: f64) -> Option<Motion> {
+        let motion = *self.motions.get(body)?;
+        let sides = self.bounds.sides();
+        let Oscillation { drive, centre } = self.oscillations.get_mut(body)?.as_mut()?;
+        let there = drive.applied(&motion, offset);
+        *drive = drive.restarted(offset);
+        let [displacement, velocity] = drive.oscillation_now();
+        let place = *centre + displacement;
+        // The image of this place that the body has reached.
+        let boxes = ((there.position - place) / sides).round();
+        Some(Motion {
+            position: place + boxes * sides,
+            velocity,
+            ..there
+        })
+    }
+}
