@@ -6,24 +6,25 @@
 //! search |w'| ≤ W, |w''| ≤ A and |w'''| ≤ J ([`Drive::bounds`]).
 //!
 //! 1. **One placement.** At each time of evaluation the pair is a pair in uniform motion, with the
-//!    present relative velocity, whose gap is known with its rate and their rounding. What the drive
-//!    adds to the separation and the velocity has rounding bounds of its own, which are added to
-//!    those of the relative motion ([`Deviation`](carom_kinematics::Deviation)).
+//!    present relative velocity, whose gap is known with its rate and their rounding. What the
+//!    drive adds to the separation and the velocity has rounding bounds of its own, which are added
+//!    to those of the relative motion ([`DriveDeviation`](carom_kinematics::DriveDeviation)).
 //! 2. **Curvature with a fixed normal.** Bounds −n·d'' ≤ K and |d/dt (n·d'')| ≤ K₃ of the uniform
 //!    motion become K + A and K₃ + J, and n·d'' becomes n·d'' + n·w''. *Proof.* d'' is the sum of
 //!    that of the uniform motion and w''.
-//! 3. **Curvature with a normal that turns at a rate ω** (of an edge). K + A + 2 |ω| W and K₃ + J + 3
+//! 3. **Curvature with a normal that turns at a rate ω** (of an edge). K + A + 2 |ω| W and K₃ + J +
+//!    3
 //!    |ω| A + 3 ω² W are bounds. *Proof.* y'' of [`edge_pair`](crate::edge_pair), Lemma 2, has the
-//!    additional terms n·w'' − 2 ω n·w'^⊥, and its derivative w''', at most 3 |ω| |w''| and at most 3
-//!    ω² |w'|. Its terms in D are bounded by the reach, for which |X| + (|V| + W) T is taken, with
-//!    the time T that is left.
+//!    additional terms n·w'' − 2 ω n·w'^⊥, and its derivative w''', at most 3 |ω| |w''| and at most
+//!    3 ω² |w'|. Its terms in D are bounded by the reach, for which |X| + (|V| + W) T is taken,
+//!    with the time T that is left.
 //! 4. **No window.** A driven pair may come back: times at which the bodies are out of reach are
-//!    passed by steps. The step of Lemma 1 of `gap_search` along an edge holds with the bounds above
-//!    for an atom beyond its end.
+//!    passed by steps. The step of Lemma 1 of `gap_search` along an edge holds with the bounds
+//!    above for an atom beyond its end.
 //! 5. **Whole bodies.** No part of a body touches before its bounding circle does.
 //!
-//! With a constant acceleration and a wall that does not turn, the bound on the gap of a disc is the
-//! parabola itself, so that one step leads to the contact.
+//! With a constant acceleration and a wall that does not turn, the bound on the gap of a disc is
+//! the parabola itself, so that one step leads to the contact.
 
 use carom_geometry::{Circle, Edge, Ellipse, Outline};
 use carom_kinematics::{Drive, DriveBounds, HALF_ULP as U, RelativeMotion};
@@ -331,8 +332,8 @@ impl Look {
 }
 
 impl Bending {
-    /// The bounds of a pair in uniform motion with those of the drive, for a normal from A to B that
-    /// turns at a rate (Lemmas 2 and 3).
+    /// The bounds of a pair in uniform motion with those of the drive, for a normal from A to B
+    /// that turns at a rate (Lemmas 2 and 3).
     fn bend(&self, uniform: Curvature, normal: DVec2, turn: f64) -> Curvature {
         let DriveBounds {
             velocity,

@@ -37,8 +37,8 @@
 //!    their sides ([`lines`](crate::lines)).
 //! 7. **Ellipses.** Convex parts are searched by their support functions, along directions that
 //!    turn ([`support_pair`](crate::support_pair), [`support_edge`](crate::support_edge)).
-//! 8. **Driven bodies.** A pair of which one body is driven is at each time a pair in uniform motion,
-//!    with further bounds on the curvature of its gap ([`driven`](crate::driven)).
+//! 8. **Driven bodies.** A pair of which one body is driven is at each time a pair in uniform
+//!    motion, with further bounds on the curvature of its gap ([`driven`](crate::driven)).
 //! 9. **Range.** A query that holds NaN, an infinity, or a magnitude whose square could overflow
 //!    results in [`Outcome::OutOfRange`]. Very slow and very fast pairs are searched in another
 //!    unit of time, in which no product of velocities underflows.

@@ -222,12 +222,11 @@ impl Grid {
             }
             let (middle, way) = place_during(body, motion, drive.as_ref(), [0.0, limit]);
             let reach = reach + way;
-            let cells = match StandingWall::new(body, &middle) {
-                Some(wall) => wall.cells_within(reach, self.side),
-                None => {
-                    let reach = reach + body.molecule().bounding_radius();
-                    cells_about(middle.position, reach, self.side)
-                }
+            let cells = if let Some(wall) = StandingWall::new(body, &middle) {
+                wall.cells_within(reach, self.side)
+            } else {
+                let reach = reach + body.molecule().bounding_radius();
+                cells_about(middle.position, reach, self.side)
             };
             self.walls.resize_with(self.cells.len(), SmallVec::new);
             for cell in cells {

@@ -40,7 +40,7 @@ pub struct Drive {
 
 /// How a motion deviates from uniform motion after some time.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Deviation {
+pub struct DriveDeviation {
     /// Of the position (length).
     pub position: DVec2,
     /// Of the velocity (length per time).
@@ -137,8 +137,8 @@ impl Drive {
 
     /// The position and velocity that a body has beyond uniform motion `elapsed` (time) after
     /// `from`, and its acceleration then.
-    pub fn deviation(&self, from: f64, elapsed: f64) -> Deviation {
-        let mut deviation = Deviation {
+    pub fn deviation(&self, from: f64, elapsed: f64) -> DriveDeviation {
+        let mut deviation = DriveDeviation {
             position: (0.5 * elapsed * elapsed) * self.acceleration,
             velocity: elapsed * self.acceleration,
             acceleration: self.acceleration,
@@ -218,9 +218,9 @@ impl Neg for Drive {
 }
 
 impl RelativeMotion {
-    /// The relative motion `elapsed` (time) after this one, which starts at `from`, of a body B with
-    /// a drive relative to A; and the deviation of B.
-    pub fn driven(&self, drive: &Drive, from: f64, elapsed: f64) -> (Self, Deviation) {
+    /// The relative motion `elapsed` (time) after this one, which starts at `from`, of a body B
+    /// with a drive relative to A; and the deviation of B.
+    pub fn driven(&self, drive: &Drive, from: f64, elapsed: f64) -> (Self, DriveDeviation) {
         let way = self.velocity * elapsed;
         let turns = [0, 1].map(|body| self.angular_velocity[body] * elapsed);
         let uniform = Self {
@@ -246,7 +246,7 @@ impl RelativeMotion {
 
     /// The relative motion with what a drive of B adds.
     #[must_use]
-    pub fn deviated(&self, deviation: &Deviation) -> Self {
+    pub fn deviated(&self, deviation: &DriveDeviation) -> Self {
         let separation = self.separation + deviation.position;
         let velocity = self.velocity + deviation.velocity;
         Self {

@@ -36,7 +36,7 @@ mod relative_motion;
 
 pub use conserved::{Inertia, angular_momentum, kinetic_energy, momentum};
 pub use drag_clock::DragClock;
-pub use drive::{Deviation, Drive, DriveBounds};
+pub use drive::{Drive, DriveBounds, DriveDeviation};
 pub use epoch_time::EpochTime;
 pub use motion::Motion;
 pub use orientation::Orientation;

@@ -45,8 +45,8 @@ pub struct StateWatch {
 #[derive(Debug, Default)]
 struct Exchange {
     /// Energy lost in contacts, put in by edits and thermostats, received from heated walls and
-    /// from walls that move, and taken by drag, at the last look.
-    last: [f64; 5],
+    /// from walls that move, taken by drag, and gained by falling, at the last look.
+    last: [f64; 6],
     /// Sum of the magnitudes of the changes between two looks.
     sum: f64,
 }

@@ -157,7 +157,9 @@ pub use temperature::{TemperatureByTag, TemperaturePoint};
 pub use thermostat_ledger::{HeatOfTag, ThermostatLedger, ThermostatPoint};
 pub use time_correlation::{CorrelationPoint, TimeCorrelation};
 pub use velocity_distribution::{SpeedMoments, VelocityDistribution, VelocityPoint};
-pub use wall_energy::{FromWalls, Heat, WallEnergy, WallEnergyPoint, WallHeat, WallWork, Work};
+pub use wall_energy::{
+    FromWalls, HeatFromWalls, WallEnergy, WallEnergyPoint, WallHeat, WallWork, WorkOfWalls,
+};
 pub use wall_pressure::{WallLayer, WallPressure, WallsAcross, WallsError};
 
 pub use carom_tables::Estimate;

@@ -2,9 +2,10 @@
 //! that move.
 //!
 //! At each contact with a wall a body receives ΔE = ½ m (v′² − v²) + ½ I (ω′² − ω²) (mass × length²
-//! / time²). The work of a wall that moves is J · w, with the impulse J on the body and the velocity
-//! w of the surface at the point of contact; a wall at rest does none. The rest of ΔE is the heat of
-//! a wall with a temperature. The sums over all walls are the heat and the work of the ledger.
+//! / time²). The work of a wall that moves is J · w, with the impulse J on the body and the
+//! velocity w of the surface at the point of contact; a wall at rest does none. The rest of ΔE is
+//! the heat of a wall with a temperature. The sums over all walls are the heat and the work of the
+//! ledger.
 
 use std::{fmt::Debug, marker::PhantomData};
 
@@ -45,7 +46,7 @@ use crate::Group;
 /// ```
 #[doc(alias = "thermostat")]
 #[doc(alias = "heat flux")]
-pub type WallHeat = WallEnergy<Heat>;
+pub type WallHeat = WallEnergy<HeatFromWalls>;
 
 /// Work of the walls of a group, and the contacts with them, those with walls at rest too.
 ///
@@ -76,7 +77,7 @@ pub type WallHeat = WallEnergy<Heat>;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[doc(alias = "piston")]
-pub type WallWork = WallEnergy<Work>;
+pub type WallWork = WallEnergy<WorkOfWalls>;
 
 /// An energy that bodies receive at contacts with walls.
 pub trait FromWalls: Debug + Clone {
@@ -90,11 +91,11 @@ pub trait FromWalls: Debug + Clone {
 
 /// Heat from walls with a temperature.
 #[derive(Debug, Clone)]
-pub struct Heat;
+pub struct HeatFromWalls;
 
 /// Work of walls.
 #[derive(Debug, Clone)]
-pub struct Work;
+pub struct WorkOfWalls;
 
 /// The energy of one kind that bodies receive from the walls of a group, and the contacts with
 /// them: [`WallHeat`] or [`WallWork`].
@@ -122,7 +123,7 @@ pub struct WallEnergyPoint {
     pub contacts: u64,
 }
 
-impl FromWalls for Heat {
+impl FromWalls for HeatFromWalls {
     fn is_given_by(wall: &Body) -> bool {
         wall.wall_temperature().is_some()
     }
@@ -132,7 +133,7 @@ impl FromWalls for Heat {
     }
 }
 
-impl FromWalls for Work {
+impl FromWalls for WorkOfWalls {
     fn is_given_by(wall: &Body) -> bool {
         wall.is_wall()
     }

@@ -6,6 +6,10 @@
 //! that p = p(n) of the equation of state. At the walls the density of centres is p/kT for smooth
 //! elastic contacts of a gas at equilibrium (contact theorem; Henderson, Blum & Lebowitz 1979).
 //!
+//! p is the mean over both sides of the walls. What a gas on one side gives to them is the net force
+//! per length, f = Σ J / (t l') along the axis across the walls, with their length l'. A floor carries
+//! the weight of what lies on it.
+//!
 //! Walls may move: impulses do not depend on the frame, and distances are those from the places of
 //! the walls at each sample.
 
@@ -62,6 +66,7 @@ pub struct WallPressure {
     far: f64,
     width: f64,
     impulse: f64,
+    net_impulse: f64,
     counts: Vec<u64>,
     far_count: u64,
     /// Samples since the walls have stood at `planes`.
@@ -157,6 +162,7 @@ impl WallPressure {
             far,
             width: 0.0,
             impulse: 0.0,
+            net_impulse: 0.0,
             counts: vec![0; bins],
             far_count: 0,
             samples: 0,
@@ -199,6 +205,15 @@ impl WallPressure {
         [
             self.impulse,
             self.duration * 2.0 * self.along * self.planes.len() as f64,
+        ]
+    }
+
+    /// Σ J along the axis across the walls, of the impulses J on them (mass × length / time), and the
+    /// time times the length of the walls (time × length): their ratio is the net force per length.
+    pub fn net_momentum(&self) -> [f64; 2] {
+        [
+            self.net_impulse,
+            self.duration * self.along * self.planes.len() as f64,
         ]
     }
 
@@ -271,7 +286,11 @@ impl Observer for WallPressure {
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        self.impulse += report.impulse[self.axis].abs();
+        // The impulse is that on the second body.
+        let on_second = report.impulse[self.axis];
+        let is_second = self.is_wall(report.sides[1].body);
+        self.impulse += on_second.abs();
+        self.net_impulse += if is_second { on_second } else { -on_second };
     }
 
     fn sample(&mut self, view: &View<'_>) {

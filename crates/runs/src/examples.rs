@@ -43,7 +43,7 @@ macro_rules! example {
 }
 
 /// All examples: scenes, then studies.
-pub const EXAMPLES: [Example; 15] = [
+pub const EXAMPLES: [Example; 16] = [
     example!("tee"),
     example!("mixture"),
     example!("clustering"),
@@ -53,6 +53,7 @@ pub const EXAMPLES: [Example; 15] = [
     example!("sinai"),
     example!("walls"),
     example!("piston"),
+    example!("shaker"),
     example!("conduction"),
     example!("measures"),
     example!("hard-discs-870"),

@@ -14,6 +14,15 @@ pub(super) struct Candidate<T> {
 }
 
 impl<T> Candidate<T> {
+    /// A candidate without a bound on its contact time but the present.
+    pub fn unbounded(item: T) -> Self {
+        Self {
+            bound: 0.0,
+            item,
+            is_tight: true,
+        }
+    }
+
     /// The candidate with another representation of its body.
     pub fn map<U>(self, name: impl FnOnce(T) -> U) -> Candidate<U> {
         Candidate {

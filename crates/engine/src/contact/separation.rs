@@ -157,7 +157,8 @@ pub(crate) fn refuse_unresolved(world: &World, table: &ElasticityTable) -> Resul
 ///
 /// # Errors
 /// [`GridError::Curve`], [`GridError::BesideArc`], [`GridError::MovingWallAndArc`],
-/// [`GridError::OscillatingWall`], [`GridError::Falling`], [`GridError::TurningWall`] or [`GridError::TurningWallAndEllipse`].
+/// [`GridError::OscillatingWall`], [`GridError::Falling`], [`GridError::TurningWall`] or
+/// [`GridError::TurningWallAndEllipse`].
 pub(crate) fn refuse_unsearched<D: Detection>(
     world: &World,
     detection: &D,

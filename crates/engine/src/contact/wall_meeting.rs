@@ -277,8 +277,8 @@ impl FixedPair<'_> {
         })
     }
 
-    /// The time of the first meeting before `horizon` of two bodies of which one is driven: steps in
-    /// which they cannot meet at their top speed.
+    /// The time of the first meeting before `horizon` of two bodies of which one is driven: steps
+    /// in which they cannot meet at their top speed.
     fn driven_meeting(&self, horizon: f64) -> Option<f64> {
         let mut time = 0.0;
         for _ in 0..MAX_DRIVEN_STEPS {

@@ -520,7 +520,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             heat: self.heat.clone(),
             edited: EditedKinds::default(),
         };
-        if !batch.world.clock.is_free() {
+        if !batch.world.clock.is_free() || batch.world.falls() {
             // The batch sees the true velocities.
             batch.start_to_move();
         }
@@ -597,14 +597,13 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let scheduler = S::new(&self.scheduler_options, &world).map_err(|reason| {
             reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
         })?;
-        let slowing = self.world.clock.slowing(self.offset);
-        let before = self.world.energies();
         self.ledger.put_in += exact_sum(
             world
                 .energies()
-                .chain(before.map(|energy| -energy * (slowing * slowing))),
+                .chain(self.world.energies_at(self.offset).map(|energy| -energy)),
         );
         self.book_drag();
+        self.book_fall();
         self.work_before = self.counters.scheduler;
         (self.offset, self.epoch) = (0.0, Epoch::ToBegin);
         (self.simultaneous, self.unresolved) =

@@ -466,6 +466,14 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         }
     }
 
+    /// Books the work of gravity in the epoch that ends now.
+    pub(crate) fn book_fall(&mut self) {
+        if self.world.falls() && matches!(self.epoch, Epoch::Running(_)) {
+            let sum = self.world.sum_of_falls(self.offset);
+            self.ledger.book_fall(sum);
+        }
+    }
+
     /// Begins the epoch if it has not begun; the run continues to `target` (offset in the epoch,
     /// time).
     fn begin_epoch(&mut self, target: f64) -> Result<(), RunError> {
@@ -677,9 +685,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.store_motions();
         self.offset = offset;
         self.book_drag();
-        if self.world.falls() {
-            self.ledger.book_fall(self.world.sum_of_falls(offset));
-        }
+        self.book_fall();
         self.world.rebase(offset);
         self.offset = 0.0;
         let clock = self.world.clock;

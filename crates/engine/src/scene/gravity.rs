@@ -84,8 +84,8 @@ pub(crate) fn gravity_of(entry: &str, gravity: [f64; 2]) -> Result<DVec2, SceneE
     })
 }
 
-/// Refuses a gravity that cannot be computed: with drag, with curved walls, or without a wall across
-/// the box in its way.
+/// Refuses a gravity that cannot be computed: with drag, with curved walls, or without a wall
+/// across the box in its way.
 pub(crate) fn refuse_gravity(world: &World) -> Result<(), SceneError> {
     let problem = |problem: String| {
         Err(SceneError::Entry {

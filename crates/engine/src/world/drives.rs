@@ -1,12 +1,12 @@
 //! Driven bodies: walls that oscillate, and fixed bodies in the frame that falls with the gravity.
 //!
 //! # Gravity
-//! All free bodies have the same acceleration g. In a frame that falls with them they fly uniformly,
-//! so that contacts of two free bodies and crossings of cells are those without gravity, and fixed
-//! bodies have the acceleration −g. At the start of each epoch the falling frame coincides with the
-//! laboratory, so that all motions of a [`World`] are those of the laboratory; τ later a free body at
-//! x with the velocity v in the falling frame is at x + ½ g τ² and has the velocity v + g τ.
-//! Contacts are resolved in the laboratory, where walls at rest do no work.
+//! All free bodies have the same acceleration g. In a frame that falls with them they fly
+//! uniformly, so that contacts of two free bodies and crossings of cells are those without gravity,
+//! and fixed bodies have the acceleration −g. At the start of each epoch the falling frame
+//! coincides with the laboratory, so that all motions of a [`World`] are those of the laboratory; τ
+//! later a free body at x with the velocity v in the falling frame is at x + ½ g τ² and has the
+//! velocity v + g τ. Contacts are resolved in the laboratory, where walls at rest do no work.
 
 use carom_geometry::MAX_MAGNITUDE;
 use carom_kinematics::{Drive, Motion, RelativeMotion};
@@ -103,9 +103,10 @@ impl World {
     /// the falling frame since an earlier time.
     #[inline]
     pub(crate) fn motion_at(&self, body: u32, motion: &Motion, time: f64) -> Motion {
-        match self.is_driven() {
-            false => motion.at(time),
-            true => self.driven_motion_at(body, motion, time),
+        if self.is_driven() {
+            self.driven_motion_at(body, motion, time)
+        } else {
+            motion.at(time)
         }
     }
 
@@ -180,8 +181,8 @@ impl World {
             .fold((fall / self.gravity.length()).sqrt(), f64::min)
     }
 
-    /// Sets or ends the oscillation of a wall (index in the order of [`Self::bodies`]) about a place
-    /// (length). Its motion becomes that of the oscillation.
+    /// Sets or ends the oscillation of a wall (index in the order of [`Self::bodies`]) about a
+    /// place (length). Its motion becomes that of the oscillation.
     pub(crate) fn set_oscillation(&mut self, wall: usize, oscillation: Option<Oscillation>) {
         if self.oscillations.len() <= wall && oscillation.is_some() {
             self.oscillations.resize(self.bodies.len(), None);

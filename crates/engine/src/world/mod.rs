@@ -52,8 +52,8 @@ pub struct World {
     /// than the list of bodies if the last ones have none. Schedulers do not hold the orientations
     /// of discs.
     pub(crate) axes: Vec<Option<Orientation>>,
-    /// Walls that oscillate, in the order of the bodies; shorter than the list of bodies if the last
-    /// ones do not, and empty if none does.
+    /// Walls that oscillate, in the order of the bodies; shorter than the list of bodies if the
+    /// last ones do not, and empty if none does.
     pub(crate) oscillations: Vec<Option<Oscillation>>,
     /// Acceleration of all free bodies (length per time squared).
     pub(crate) gravity: DVec2,
@@ -171,6 +171,21 @@ impl World {
     pub(crate) fn energies(&self) -> impl Iterator<Item = f64> {
         let bodies = self.motions.iter().zip(&self.bodies);
         bodies.map(|(motion, body)| kinetic_energy(motion, &body.kind.inertia))
+    }
+
+    /// Kinetic energy of each body at an offset in the epoch, with drag or gravity too (mass ×
+    /// length² / time²).
+    pub(crate) fn energies_at(&self, offset: f64) -> impl Iterator<Item = f64> {
+        let slowing = self.clock.slowing(offset);
+        let bodies = self.motions.iter().zip(&self.bodies).enumerate();
+        bodies.map(move |(index, (motion, body))| {
+            let motion = if self.falls() {
+                self.motion_at(index as u32, motion, offset)
+            } else {
+                *motion
+            };
+            kinetic_energy(&motion, &body.kind.inertia) * (slowing * slowing)
+        })
     }
 
     /// The largest contact distance of two bodies that can collide, or of a centre and the line of

@@ -17,13 +17,16 @@ use crate::schedule::stages;
 const ROUNDING: f64 = 1e-9;
 
 /// Measures that follow bodies between contacts on straight lines.
-const STRAIGHT_FLIGHT: [&str; 7] = [
+const STRAIGHT_FLIGHT: [&str; 10] = [
     "body-frame-diffusion",
     "correlation",
     "drift",
     "free-path",
     "heat-conductivity",
+    "intermediate-scattering",
     "kicks",
+    "relaxation",
+    "van-hove",
     "viscosity",
 ];
 

@@ -2,7 +2,7 @@
 //! walls that move.
 
 use anyhow::{Result, ensure};
-use carom::observers::{FromWalls, Heat, WallEnergy, Work};
+use carom::observers::{FromWalls, HeatFromWalls, WallEnergy, WorkOfWalls};
 use carom_tables::{BlockMean, Table};
 
 use super::{
@@ -10,8 +10,8 @@ use super::{
     selection::Selection,
 };
 
-pub(super) const HEAT: MeasureKind = kind::<Heat>();
-pub(super) const WORK: MeasureKind = kind::<Work>();
+pub(super) const HEAT: MeasureKind = kind::<HeatFromWalls>();
+pub(super) const WORK: MeasureKind = kind::<WorkOfWalls>();
 
 /// How an energy from walls is named.
 struct Words {
@@ -32,7 +32,7 @@ trait Named: FromWalls + Send + 'static {
     const WORDS: Words;
 }
 
-impl Named for Heat {
+impl Named for HeatFromWalls {
     const WORDS: Words = Words {
         measure: "wall-heat",
         summary: "heat received from walls that have a temperature, all or those with the tag",
@@ -44,7 +44,7 @@ impl Named for Heat {
     };
 }
 
-impl Named for Work {
+impl Named for WorkOfWalls {
     const WORDS: Words = Words {
         measure: "wall-work",
         summary: "work of walls that move on the bodies that touch them, all walls or those with the tag",

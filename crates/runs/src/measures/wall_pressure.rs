@@ -33,7 +33,11 @@ pub(super) const KIND: MeasureKind = MeasureKind {
             "distance from which the density far from the walls is taken (length)",
         ),
     ],
-    figures: &["pressure on the walls", "density far from the walls"],
+    figures: &[
+        "pressure on the walls",
+        "net force on the walls per length",
+        "density far from the walls",
+    ],
     start: |selection| Ok(in_blocks(OfGas::new(selection)?)),
     resume: resumed::<OfGas>,
 };
@@ -109,21 +113,26 @@ impl Observer for OfGas {
 }
 
 impl Measured for OfGas {
-    /// Pressure, density far from the walls, and density of each layer.
+    /// Pressure, net force per length, density far from the walls, and density of each layer.
     fn sums(&self) -> Vec<[f64; 2]> {
         let layers = self
             .walls
             .layers()
             .into_iter()
             .map(|layer| [layer.count as f64, layer.area]);
-        [self.walls.momentum(), self.walls.far_from_walls()]
-            .into_iter()
-            .chain(layers)
-            .collect()
+        let walls = &self.walls;
+        [
+            walls.momentum(),
+            walls.net_momentum(),
+            walls.far_from_walls(),
+        ]
+        .into_iter()
+        .chain(layers)
+        .collect()
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
-        let [pressure, far, layers @ ..] = means else {
+        let [pressure, force, far, layers @ ..] = means else {
             return Results::default();
         };
         let [sum, samples] = self.temperature;
@@ -156,10 +165,11 @@ impl Measured for OfGas {
         let of_walls = context.figure("pressure on the walls", "mass/time²", pressure);
         let of_walls = of_walls
             .map(|figure| figure.predicted(predicted.map(|(pressure, _)| pressure), LIU_BULK));
+        let force = context.figure("net force on the walls per length", "mass/time²", force);
         let far = context.figure("density far from the walls", "1/length²", far);
         Results {
             tables: vec![table],
-            figures: of_walls.into_iter().chain(far).collect(),
+            figures: of_walls.into_iter().chain(force).chain(far).collect(),
             ..Results::default()
         }
     }

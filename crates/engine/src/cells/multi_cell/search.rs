@@ -8,7 +8,6 @@
 //! bodies of the cell one by one: by their bounding circles, then by their atoms.
 
 use carom_detection::{DISC_LANES, Detection, QueryBody};
-use smallvec::SmallVec;
 
 use super::{EarliestEvent, Listed, MultiCellBody, Surroundings};
 use crate::{
@@ -67,15 +66,9 @@ impl<F: CellFrame> CellState<F> {
         }
         let in_closed_form =
             multi_cell_body.is_disc_among_discs && detection.decides_discs_in_closed_form();
-        let mut driven: SmallVec<[Listed; 4]> = SmallVec::new();
         for neighbour in &multi_cell_body.neighbours {
             let other = &self.multi_cell.list[neighbour.index as usize];
-            if other.drive.is_some() {
-                driven.push(Listed {
-                    index: other.body,
-                    image: neighbour.image,
-                });
-            } else if !(in_closed_form && other.is_disc_among_discs) {
+            if other.drive.is_none() && !(in_closed_form && other.is_disc_among_discs) {
                 around.seen.push(Listed {
                     index: other.body,
                     image: neighbour.image,
@@ -109,15 +102,8 @@ impl<F: CellFrame> CellState<F> {
                 },
             );
         }
-        // No bound of the broad phase holds for them.
-        driven.retain(|other| Some(other.index) != except);
-        for &item in &driven {
-            candidates.push(Candidate {
-                bound: 0.0,
-                item,
-                is_tight: true,
-            });
-        }
+        let driven = self.driven_neighbours(multi_cell_body, except);
+        driven.for_each(|item| candidates.push(Candidate::unbounded(item)));
         for some in seen.chunks(DISC_LANES) {
             let bounds = detection.contact_time_lower_bounds(
                 &query_body,
@@ -188,6 +174,24 @@ impl<F: CellFrame> CellState<F> {
             }
             self.search(world, detection, body, &candidate, now, best);
         }
+    }
+
+    /// The neighbours of a body for which no bound of the broad phase holds, because they are
+    /// driven.
+    fn driven_neighbours(
+        &self,
+        multi_cell_body: &MultiCellBody,
+        except: Option<u32>,
+    ) -> impl Iterator<Item = Listed> {
+        let neighbours = multi_cell_body.neighbours.iter();
+        neighbours.filter_map(move |neighbour| {
+            let other = &self.multi_cell.list[neighbour.index as usize];
+            let is_one = other.drive.is_some() && Some(other.body) != except;
+            is_one.then_some(Listed {
+                index: other.body,
+                image: neighbour.image,
+            })
+        })
     }
 
     /// Collects the discs around a multi-cell body from the neighbour lists of its tiles.
@@ -285,14 +289,10 @@ impl<F: CellFrame> CellState<F> {
                 &self.multi_cell.list[self.multi_cell.index_of[other as usize].index()];
             if multi_cell_body.drive.is_some() {
                 // No bound of the broad phase holds for it.
-                let candidate = Candidate {
-                    bound: 0.0,
-                    item: Listed {
-                        index: other,
-                        image,
-                    },
-                    is_tight: true,
-                };
+                let candidate = Candidate::unbounded(Listed {
+                    index: other,
+                    image,
+                });
                 self.search(world, detection, disc, &candidate, now, &mut best);
             } else if multi_cell_body.is_disc_among_discs
                 && detection.decides_discs_in_closed_form()
