@@ -23,6 +23,7 @@ mod hard_discs;
 mod heat_conductivity;
 mod hexatic_order;
 mod impulses;
+mod intermediate_scattering;
 mod intervals;
 mod k_atic;
 pub mod kicks;
@@ -37,6 +38,7 @@ mod pressure_tensor;
 mod profile;
 mod projections;
 mod range;
+mod relaxation;
 mod request;
 mod running_average;
 mod selection;
@@ -80,7 +82,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 36] = [
+pub const KINDS: [MeasureKind; 38] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -89,11 +91,13 @@ pub const KINDS: [MeasureKind; 36] = [
     velocities::KIND,
     temperature::KIND,
     correlation::KIND,
+    relaxation::KIND,
     orientation::KIND,
     body_frame_diffusion::KIND,
     friction::KIND,
     pair_distribution::KIND,
     structure_factor::KIND,
+    intermediate_scattering::KIND,
     hexatic_order::KIND,
     k_atic::NEMATIC,
     k_atic::TETRATIC,
