@@ -70,8 +70,9 @@ pub use carom_observers::{
     BodyFrameDiffusion, CollisionRate, ContactDensity, DirectionHistogram, Disclinations,
     EnergyLedger, FreePaths, Group, HelfandMoment, HexaticOrder, IntermediateScattering,
     OrientationCorrelation, OrientationalOrder, OverlapCheck, PairDistribution, Pressure,
-    PressureTensor, ProjectionHistogram, RunningAverage, StructuralRelaxation, StructureFactor,
-    Subscriptions, TemperatureByTag, ThermostatLedger, TimeCorrelation, VelocityDistribution,
+    PressureTensor, ProjectionHistogram, RunningAverage, SelfVanHove, StructuralRelaxation,
+    StructureFactor, Subscriptions, TemperatureByTag, ThermostatLedger, TimeCorrelation,
+    VelocityDistribution,
 };
 pub use carom_response::{Elasticity, Impact, Response};
 

@@ -38,6 +38,7 @@
 //! | friction coefficients from the squares of the impulses | [`Friction`] | contacts, samples |
 //! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | samples |
 //! | structural relaxation: F_s(k, t), α₂(t), Q(t), χ₄(t) | [`StructuralRelaxation`] | samples |
+//! | distribution of displacements: van Hove G_s(r, t) | [`SelfVanHove`] | samples |
 //! | orientations and angular velocities, correlated in time | [`OrientationCorrelation`] | samples |
 //! | density waves: the structure factor S(k) | [`StructureFactor`] | samples |
 //! | density waves correlated in time: F(k, t) | [`IntermediateScattering`] | samples |
@@ -117,6 +118,7 @@ mod temperature;
 mod test_scenes;
 mod thermostat_ledger;
 mod time_correlation;
+mod van_hove;
 mod velocity_distribution;
 mod wall_energy;
 mod wall_pressure;
@@ -167,6 +169,7 @@ pub use tag_filter::TagFilter;
 pub use temperature::{TemperatureByTag, TemperaturePoint};
 pub use thermostat_ledger::{HeatOfTag, ThermostatLedger, ThermostatPoint};
 pub use time_correlation::{CorrelationPoint, TimeCorrelation};
+pub use van_hove::{DisplacementBins, DisplacementBinsError, SelfVanHove, VanHoveCurve};
 pub use velocity_distribution::{SpeedMoments, VelocityDistribution, VelocityPoint};
 pub use wall_energy::{FromWalls, Heat, WallEnergy, WallEnergyPoint, WallHeat, WallWork, Work};
 pub use wall_pressure::{WallLayer, WallPressure, WallsAcross, WallsError};

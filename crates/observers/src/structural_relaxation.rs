@@ -267,12 +267,10 @@ impl Observer for StructuralRelaxation {
             return;
         }
         let turns_per_length = self.scales.wave_number / std::f64::consts::TAU;
-        let moving = view
-            .bodies()
-            .filter(|view| !view.body.is_fixed() && self.group.contains(view.body));
-        let now: Vec<LaggedSample<State>> = moving
-            .map(|body| {
-                let place = body.unwrapped(view.bounds()) - self.frame.displacement;
+        let now: Vec<LaggedSample<State>> = self
+            .frame
+            .places(view, self.group)
+            .map(|(body, place)| {
                 let waves = (place * turns_per_length)
                     .to_array()
                     .map(|turns| Orientation::from_turns(turns).cos_sin());

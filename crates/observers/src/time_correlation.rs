@@ -159,14 +159,11 @@ impl Observer for TimeCorrelation {
         if !self.lags.is_due(&self.clock, view.time()) {
             return;
         }
-        let (group, frame) = (self.group, self.frame);
-        let moving = view
-            .bodies()
-            .filter(|view| !view.body.is_fixed() && group.contains(view.body));
-        let now: Vec<LaggedSample<State>> = moving
-            .map(|body| {
-                let place = body.unwrapped(view.bounds()) - frame.displacement;
-                let velocity = body.motion.velocity - frame.velocity;
+        let now: Vec<LaggedSample<State>> = self
+            .frame
+            .places(view, self.group)
+            .map(|(body, place)| {
+                let velocity = body.motion.velocity - self.frame.velocity;
                 LaggedSample {
                     id: body.body.id(),
                     state: State { place, velocity },

@@ -106,6 +106,9 @@ fn shells_between(unit: DVec2, [least, most]: [f64; 2]) -> Vec<WaveShell> {
 /// that fit into the first cache.
 const BLOCK: usize = 16;
 
+/// A wave from its phase takes the time of about so many powers.
+const POWERS_PER_WAVE: usize = 4;
+
 /// Partial sums of a wave, one for each lane of two vector registers.
 const LANES: usize = 4;
 
@@ -113,7 +116,35 @@ const LANES: usize = 4;
 /// n_y ≥ 0, as real and imaginary part. A wave is a product of powers of exp(2πi x) and exp(2πi y),
 /// whose rounding grows with the power: some 1e-16 n. The products for n_x are those for −n_x, with
 /// other signs.
+///
+/// Where the powers up to the largest number cost more than the waves of the vectors themselves, each
+/// wave is computed from its phase.
 pub(crate) fn sums_of_waves(places: &[DVec2], vectors: &[[i64; 2]]) -> Vec<DVec2> {
+    let largest = |axis: usize| {
+        let numbers = vectors.iter().map(|vector| vector[axis].unsigned_abs());
+        numbers.max().unwrap_or(0) as usize
+    };
+    if largest(0) + largest(1) > POWERS_PER_WAVE * vectors.len() {
+        sums_by_phases(places, vectors)
+    } else {
+        sums_by_powers(places, vectors)
+    }
+}
+
+/// Σ exp(2πi (n_x x + n_y y)) over places, each from its phase; its rounding is some 1e-16 n.
+fn sums_by_phases(places: &[DVec2], vectors: &[[i64; 2]]) -> Vec<DVec2> {
+    let sum = |&[x, y]: &[i64; 2]| {
+        let turns = DVec2::new(x as f64, y as f64);
+        places
+            .iter()
+            .map(|place| Orientation::from_turns(turns.dot(*place)).cos_sin())
+            .sum()
+    };
+    vectors.iter().map(sum).collect()
+}
+
+/// Σ exp(2πi (n_x x + n_y y)) over places by products of powers.
+fn sums_by_powers(places: &[DVec2], vectors: &[[i64; 2]]) -> Vec<DVec2> {
     let mut pairs: Vec<[usize; 2]> = vectors
         .iter()
         .map(|vector| vector.map(|number| number.unsigned_abs() as usize))
@@ -202,10 +233,9 @@ mod tests {
             .map(|body| DVec2::new(f64::from(body) * 0.381_966, f64::from(body).sqrt()) % 1.0)
             .collect();
         let vectors = [[1, 0], [0, 1], [-7, 3], [40, 200], [-200, 0], [13, 13]];
-        for (found, [x, y]) in sums_of_waves(&places, &vectors).into_iter().zip(vectors) {
-            let turns = DVec2::new(x as f64, y as f64);
-            let wave = |place: &DVec2| Orientation::from_turns(turns.dot(*place)).cos_sin();
-            let direct: DVec2 = places.iter().map(wave).sum();
+        let by_powers = sums_by_powers(&places, &vectors);
+        let by_phases = sums_by_phases(&places, &vectors);
+        for ((found, direct), [x, y]) in by_powers.into_iter().zip(by_phases).zip(vectors) {
             assert!(
                 (found - direct).length() < 1e-11,
                 "{x} {y}: {found} {direct}"

@@ -46,9 +46,11 @@ mod single;
 mod slope;
 mod structure_factor;
 mod temperature;
+mod thermal;
 mod thermostat;
 mod tracked;
 mod transport;
+mod van_hove;
 mod velocities;
 mod viscosity;
 mod wall_energy;
@@ -82,7 +84,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 38] = [
+pub const KINDS: [MeasureKind; 39] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -92,6 +94,7 @@ pub const KINDS: [MeasureKind; 38] = [
     temperature::KIND,
     correlation::KIND,
     relaxation::KIND,
+    van_hove::KIND,
     orientation::KIND,
     body_frame_diffusion::KIND,
     friction::KIND,

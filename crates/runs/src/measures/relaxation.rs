@@ -4,27 +4,23 @@ use std::f64::consts::{E, TAU};
 
 use anyhow::{Result, ensure};
 use carom::{
-    StructuralRelaxation, View,
-    engine::BodyView,
+    StructuralRelaxation,
     observers::{RelaxationPoint, RelaxationScales},
 };
 use carom_tables::{BlockMean, Figure, Table};
-use serde::{Deserialize, Serialize};
 
 use super::{
     Context, Default, MAX_LAG, MeasureKind, Measured, Of, Parameter, Results, Selection, Span,
     in_blocks,
     known::Known,
     resumed,
+    thermal::{FREE_FLIGHT, Thermal},
     transport::{MIN_PAIRS, error_of_sum},
 };
 
 /// Distance of the overlap in diameters of the largest body: that of the cage in a dense liquid
 /// (Lačević et al., J. Chem. Phys. 119 (2003) 7372).
 const OVERLAP_DIAMETERS: f64 = 0.3;
-
-/// Source of the prediction, which holds until bodies have contacts.
-const FREE_FLIGHT: &str = "approximation, short lags: free flight with the Maxwell distribution";
 
 /// The wave number of a scattering function.
 pub(super) const WAVE_NUMBER: Parameter = Parameter::positive(
@@ -53,17 +49,6 @@ pub(super) const KIND: MeasureKind = MeasureKind {
 
 /// Displacements, and the thermal velocities of the group.
 type Relaxation = Known<StructuralRelaxation, Thermal>;
-
-/// The variances of the velocities of a group at equilibrium.
-#[derive(Serialize, Deserialize)]
-struct Thermal {
-    /// kT of the system (mass × length² / time²); `None` without thermal motion.
-    temperature: Option<f64>,
-    /// The masses of the bodies that move, and the number of bodies with each.
-    masses: Vec<(f64, u64)>,
-    /// Along x and y: 1/M with the mass M of all bodies that move if momentum is conserved, else 0.
-    shared: [f64; 2],
-}
 
 fn relaxation(selection: &Selection<'_>) -> Result<Relaxation> {
     let scales = RelaxationScales {
@@ -102,45 +87,6 @@ pub(super) fn diameter(selection: &Selection<'_>, parameter: &Parameter) -> Resu
         parameter.default
     );
     Ok(diameter)
-}
-
-impl Thermal {
-    fn new(selection: &Selection<'_>) -> Self {
-        let view: &View<'_> = selection.view;
-        let mass = |body: &BodyView<'_>| 1.0 / body.body.inertia().inverse_mass;
-        let all: f64 = view
-            .bodies()
-            .filter(|body| !body.body.is_fixed())
-            .map(|body| mass(&body))
-            .sum();
-        let mut of_group: Vec<f64> = selection.moving().map(|body| mass(&body)).collect();
-        of_group.sort_by(f64::total_cmp);
-        let equal = of_group.chunk_by(|one, other| one == other);
-        Self {
-            temperature: view.temperature().filter(|kt| *kt > 0.0),
-            masses: equal.map(|equal| (equal[0], equal.len() as u64)).collect(),
-            shared: view
-                .centre_of_mass_frame()
-                .conserves_momentum()
-                .map(|is_conserved| if is_conserved { 1.0 / all } else { 0.0 }),
-        }
-    }
-
-    /// F_s(k, t) of free flight, ⟨exp(−k² t² ⟨v_x²⟩ / 2)⟩ over bodies and axes, with the variance
-    /// (1/m − 1/M) kT of a component of the velocity relative to the centre of mass.
-    fn scattering(&self, wave_number: f64, lag: f64) -> Option<f64> {
-        let temperature = self.temperature?;
-        let phase = wave_number * lag;
-        let (mut sum, mut count) = (0.0, 0.0);
-        for &(mass, bodies) in &self.masses {
-            for shared in self.shared {
-                let variance = temperature * (1.0 / mass - shared).max(0.0);
-                sum += bodies as f64 * (-0.5 * phase * phase * variance).exp();
-                count += bodies as f64;
-            }
-        }
-        Some(sum / count).filter(|value| value.is_finite())
-    }
 }
 
 impl Measured for Relaxation {
@@ -290,24 +236,5 @@ mod tests {
         }; 10];
         assert_eq!(relaxation_time(&lags, &constant), None);
         assert_eq!(relaxation_time(&[], &[]), None);
-    }
-
-    #[test]
-    fn free_flight_of_two_masses_is_the_mean_of_their_gaussians() {
-        let thermal = Thermal {
-            temperature: Some(2.0),
-            masses: vec![(1.0, 3), (4.0, 1)],
-            shared: [0.0, 0.1],
-        };
-        let gaussian = |variance: f64| f64::exp(-0.5 * 9.0 * 0.01 * variance);
-        let expected =
-            (3.0 * (gaussian(2.0) + gaussian(1.8)) + gaussian(0.5) + gaussian(0.3)) / 8.0;
-        assert!((thermal.scattering(3.0, 0.1).unwrap() - expected).abs() < 1e-15);
-        assert_eq!(thermal.scattering(3.0, 0.0), Some(1.0));
-        let none = Thermal {
-            masses: vec![],
-            ..thermal
-        };
-        assert_eq!(none.scattering(3.0, 0.1), None);
     }
 }
