@@ -106,8 +106,14 @@ fn shells_between(unit: DVec2, [least, most]: [f64; 2]) -> Vec<WaveShell> {
 /// that fit into the first cache.
 const BLOCK: usize = 16;
 
-/// A wave from its phase takes the time of about so many powers.
+/// A wave from its factors takes the time of about so many powers.
 const POWERS_PER_WAVE: usize = 4;
+
+/// The largest |n_x| or |n_y|.
+fn largest(vectors: &[[i64; 2]], axis: usize) -> usize {
+    let numbers = vectors.iter().map(|vector| vector[axis].unsigned_abs());
+    numbers.max().unwrap_or(0) as usize
+}
 
 /// Partial sums of a wave, one for each lane of two vector registers.
 const LANES: usize = 4;
@@ -118,29 +124,28 @@ const LANES: usize = 4;
 /// other signs.
 ///
 /// Where the powers up to the largest number cost more than the waves of the vectors themselves, each
-/// wave is computed from its phase.
+/// wave has a factor of its own from two short tables.
 pub(crate) fn sums_of_waves(places: &[DVec2], vectors: &[[i64; 2]]) -> Vec<DVec2> {
-    let largest = |axis: usize| {
-        let numbers = vectors.iter().map(|vector| vector[axis].unsigned_abs());
-        numbers.max().unwrap_or(0) as usize
-    };
-    if largest(0) + largest(1) > POWERS_PER_WAVE * vectors.len() {
-        sums_by_phases(places, vectors)
+    if largest(vectors, 0) + largest(vectors, 1) > POWERS_PER_WAVE * vectors.len() {
+        sums_by_factors(places, vectors)
     } else {
         sums_by_powers(places, vectors)
     }
 }
 
-/// Σ exp(2πi (n_x x + n_y y)) over places, each from its phase; its rounding is some 1e-16 n.
-fn sums_by_phases(places: &[DVec2], vectors: &[[i64; 2]]) -> Vec<DVec2> {
-    let sum = |&[x, y]: &[i64; 2]| {
-        let turns = DVec2::new(x as f64, y as f64);
-        places
-            .iter()
-            .map(|place| Orientation::from_turns(turns.dot(*place)).cos_sin())
-            .sum()
-    };
-    vectors.iter().map(sum).collect()
+/// Σ exp(2πi (n_x x + n_y y)) over places by products of two powers along each axis.
+fn sums_by_factors(places: &[DVec2], vectors: &[[i64; 2]]) -> Vec<DVec2> {
+    let [mut across, mut up] = [0, 1].map(|axis| Factors::new(largest(vectors, axis)));
+    let mut sums = vec![DVec2::ZERO; vectors.len()];
+    for block in places.chunks(BLOCK) {
+        across.set(block.iter().map(|place| place.x));
+        up.set(block.iter().map(|place| place.y));
+        for (sum, &[x, y]) in sums.iter_mut().zip(vectors) {
+            let [real, imaginary] = product(&across.wave(x), &up.wave(y));
+            *sum += DVec2::new(real.iter().sum(), imaginary.iter().sum());
+        }
+    }
+    sums
 }
 
 /// Σ exp(2πi (n_x x + n_y y)) over places by products of powers.
@@ -151,8 +156,7 @@ fn sums_by_powers(places: &[DVec2], vectors: &[[i64; 2]]) -> Vec<DVec2> {
         .collect();
     pairs.sort_unstable();
     pairs.dedup();
-    let largest = |axis: usize| pairs.iter().map(|pair| pair[axis]).max().unwrap_or(0);
-    let [mut across, mut up] = [0, 1].map(|axis| Powers::new(largest(axis)));
+    let [mut across, mut up] = [0, 1].map(|axis| Powers::new(largest(vectors, axis)));
     let mut sums = vec![[0.0; 4]; pairs.len()];
     for block in places.chunks(BLOCK) {
         across.set(block.iter().map(|place| place.x));
@@ -223,6 +227,55 @@ impl Powers {
     }
 }
 
+/// Two tables of powers, exp(2πi n x) = exp(2πi (n mod s) x) exp(2πi ⌊n/s⌋ s x), s a power of two
+/// near the root of the largest n.
+struct Factors {
+    stride: usize,
+    low: Powers,
+    high: Powers,
+}
+
+impl Factors {
+    /// Room for the powers up to `largest`.
+    fn new(largest: usize) -> Self {
+        let stride = 1 << largest.max(1).ilog2().div_ceil(2);
+        Self {
+            stride,
+            low: Powers::new(stride - 1),
+            high: Powers::new(largest / stride),
+        }
+    }
+
+    /// Computes the powers for places x in turns.
+    fn set(&mut self, turns: impl Iterator<Item = f64> + Clone) {
+        // Exact: the stride is a power of two.
+        let stride = self.stride as f64;
+        self.high.set(turns.clone().map(|x| x * stride));
+        self.low.set(turns);
+    }
+
+    /// exp(2πi n x) of the bodies of the block, |n| up to the largest.
+    fn wave(&self, n: i64) -> [[f64; BLOCK]; 2] {
+        let power = n.unsigned_abs() as usize;
+        let (low, high) = (power % self.stride, power / self.stride);
+        let [real, mut imaginary] = product(&self.low.0[low], &self.high.0[high]);
+        if n < 0 {
+            imaginary.iter_mut().for_each(|part| *part = -*part);
+        }
+        [real, imaginary]
+    }
+}
+
+/// The products of two numbers for each body of a block: real and imaginary parts.
+fn product(a: &[[f64; BLOCK]; 2], b: &[[f64; BLOCK]; 2]) -> [[f64; BLOCK]; 2] {
+    let [mut real, mut imaginary] = [[0.0; BLOCK]; 2];
+    for place in 0..BLOCK {
+        real[place] = a[0][place] * b[0][place] - a[1][place] * b[1][place];
+        imaginary[place] = a[0][place] * b[1][place] + a[1][place] * b[0][place];
+    }
+    [real, imaginary]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -234,12 +287,17 @@ mod tests {
             .collect();
         let vectors = [[1, 0], [0, 1], [-7, 3], [40, 200], [-200, 0], [13, 13]];
         let by_powers = sums_by_powers(&places, &vectors);
-        let by_phases = sums_by_phases(&places, &vectors);
-        for ((found, direct), [x, y]) in by_powers.into_iter().zip(by_phases).zip(vectors) {
-            assert!(
-                (found - direct).length() < 1e-11,
-                "{x} {y}: {found} {direct}"
-            );
+        let by_factors = sums_by_factors(&places, &vectors);
+        for (index, [x, y]) in vectors.into_iter().enumerate() {
+            let turns = DVec2::new(x as f64, y as f64);
+            let wave = |place: &DVec2| Orientation::from_turns(turns.dot(*place)).cos_sin();
+            let direct: DVec2 = places.iter().map(wave).sum();
+            for found in [by_powers[index], by_factors[index]] {
+                assert!(
+                    (found - direct).length() < 1e-11,
+                    "{x} {y}: {found} {direct}"
+                );
+            }
         }
     }
 
