@@ -233,7 +233,9 @@ impl IntermediateScattering {
             .collect();
         let root = (places.len() as f64).sqrt();
         let mut waves = sums_of_waves(&places, &self.vectors);
-        waves.iter_mut().for_each(|wave| *wave /= root);
+        for wave in &mut waves {
+            *wave /= root;
+        }
         (root > 0.0).then_some(waves)
     }
 }

@@ -260,7 +260,9 @@ impl Factors {
         let (low, high) = (power % self.stride, power / self.stride);
         let [real, mut imaginary] = product(&self.low.0[low], &self.high.0[high]);
         if n < 0 {
-            imaginary.iter_mut().for_each(|part| *part = -*part);
+            for part in &mut imaginary {
+                *part = -*part;
+            }
         }
         [real, imaginary]
     }

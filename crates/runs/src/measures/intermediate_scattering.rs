@@ -12,7 +12,7 @@ use super::{
     transport::MIN_PAIRS,
 };
 
-/// Default number of shells: about 30 wave vectors in a square box.
+/// Default number of shells: 40 to 80 wave vectors in a square box.
 const SHELLS: f64 = 8.0;
 
 const SHELLS_NEAR: Parameter = Parameter::up_to(

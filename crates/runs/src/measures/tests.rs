@@ -973,21 +973,6 @@ fn parameters_have_their_effect() {
             [[measure]]
             kind = "orientation"
             max = 0.4
-            [[measure]]
-            kind = "relaxation"
-            k = 1e-6
-            a = 1e3
-            max = 0.5
-            [[measure]]
-            kind = "intermediate-scattering"
-            k = 6.283185307179586
-            shells = 1
-            max = 0.2
-            [[measure]]
-            kind = "van-hove"
-            distance = 0.3
-            bins = 6
-            max = 0.3
         "#,
     );
     let rows = |name: &str| table(&results, name).rows().len();
@@ -1014,6 +999,37 @@ fn parameters_have_their_effect() {
             rows("orientation")
         ),
         (3, 4, 5)
+    );
+}
+
+#[test]
+fn parameters_of_correlations_in_time_have_their_effect() {
+    let (results, _) = measured(
+        r#"
+            [[gas]]
+            radius = 0.02
+            mass = 1.0
+            energy = 1.0
+            count = 100
+            [run]
+            until = 1.0
+            sample_interval = 0.1
+            [[measure]]
+            kind = "relaxation"
+            k = 1e-6
+            a = 1e3
+            max = 0.5
+            [[measure]]
+            kind = "intermediate-scattering"
+            k = 6.283185307179586
+            shells = 1
+            max = 0.2
+            [[measure]]
+            kind = "van-hove"
+            distance = 0.3
+            bins = 6
+            max = 0.3
+        "#,
     );
     // No body leaves such a distance, and none moves over such a wave.
     let relaxation = table(&results, "relaxation");
