@@ -1,10 +1,10 @@
 //! The intermediate scattering function F(k, t) of the centres of mass.
 //!
-//! F_ab(k, t) = Re ⟨ρ_a(k, t₀ + t) ρ_b(−k, t₀)⟩ / √(N_a N_b) with the density waves ρ = Σ exp(i k·x)
-//! of two groups, or of one with itself (Hansen & McDonald 2013, section 7.4). At lag 0 it is the
-//! (partial) structure factor. It is averaged over the wave vectors of the box in the shells nearest
-//! to k, and over the origins t₀. With the mass m of equal bodies at equilibrium F(k, t) = S(k) − k²
-//! kT t² / 2m at short lags. Independent bodies have F = F_s, the self part, which
+//! F_ab(k, t) = Re ⟨ρ_a(k, t₀ + t) ρ_b(−k, t₀)⟩ / √(N_a N_b) with the density waves ρ = Σ exp(i
+//! k·x) of two groups, or of one with itself (Hansen & McDonald 2013, section 7.4). At lag 0 it is
+//! the (partial) structure factor. It is averaged over the wave vectors of the box in the shells
+//! nearest to k, and over the origins t₀. With the mass m of equal bodies at equilibrium F(k, t) =
+//! S(k) − k² kT t² / 2m at short lags. Independent bodies have F = F_s, the self part, which
 //! [`StructuralRelaxation`](crate::StructuralRelaxation) measures.
 
 use carom_engine::{Observer, View};
@@ -201,8 +201,8 @@ impl IntermediateScattering {
         self.lags.times(&self.clock)
     }
 
-    /// [Σx, Σw] at each of the [lags](Self::lags) over all samples so far: x is F of one wave vector
-    /// and origin, and w is 1.
+    /// [Σx, Σw] at each of the [lags](Self::lags) over all samples so far: x is F of one wave
+    /// vector and origin, and w is 1.
     pub fn sums(&self) -> Vec<[f64; 2]> {
         self.lags.terms([|sums| sums.0])
     }

@@ -10,9 +10,10 @@
 //!   J. Chem. Phys. 119 (2003) 7372, without their factor V/(N kT)).
 //!
 //! At equilibrium and long before the first contact Δ is Gaussian with the variance kT t²/m along
-//! each axis: F_s = exp(−k² kT t² / 2m), α₂ = 0 for equal masses, and Q = 1 − exp(−x) with x = m a² /
-//! (2 kT t²). Independent bodies have χ₄ = Q (1 − Q); at fixed energy it is smaller by x² exp(−2x)
-//! for bodies that do not turn (T² (dQ/dT)² by their heat capacity; Lebowitz, Percus & Verlet 1967).
+//! each axis: F_s = exp(−k² kT t² / 2m), α₂ = 0 for equal masses, and Q = 1 − exp(−x) with x = m a²
+//! / (2 kT t²). Independent bodies have χ₄ = Q (1 − Q); at fixed energy it is smaller by x²
+//! exp(−2x) for bodies that do not turn (k T² (dQ/dT)² by their heat capacity; Lebowitz, Percus &
+//! Verlet 1967).
 
 use carom_engine::{Observer, View};
 use carom_geometry::{GeometryError, PeriodicBox, check_positive};
@@ -113,9 +114,9 @@ pub struct RelaxationPoint {
     pub non_gaussian: Option<f64>,
     /// Q(t), from 0 to 1; 1 at lag 0.
     pub overlap: f64,
-    /// χ₄(t), at least 0 to rounding; 0 at lag 0. The variance is that among the origins, so that it
-    /// is too small where the run is short against its correlation time. Bodies that join or leave
-    /// the group during the run add to it.
+    /// χ₄(t), at least 0 to rounding; 0 at lag 0. The variance is that among the origins, so that
+    /// it is too small where the run is short against its correlation time. Bodies that join or
+    /// leave the group during the run add to it.
     pub susceptibility: f64,
 }
 
@@ -230,7 +231,8 @@ impl StructuralRelaxation {
     }
 
     /// [Σx, Σw] over all samples so far, w the number of pairs: F_s at each of the
-    /// [lags](Self::lags), then ⟨|Δ|²⟩ at each (length²), then ⟨|Δ|⁴⟩ (length⁴), then Q, then ⟨m²⟩/N.
+    /// [lags](Self::lags), then ⟨|Δ|²⟩ at each (length²), then ⟨|Δ|⁴⟩ (length⁴), then Q, then
+    /// ⟨m²⟩/N.
     pub fn sums(&self) -> Vec<[f64; 2]> {
         self.lags.terms([
             |sums| sums.waves,

@@ -123,8 +123,8 @@ const LANES: usize = 4;
 /// whose rounding grows with the power: some 1e-16 n. The products for n_x are those for −n_x, with
 /// other signs.
 ///
-/// Where the powers up to the largest number cost more than the waves of the vectors themselves, each
-/// wave has a factor of its own from two short tables.
+/// Where the powers up to the largest number cost more than the waves of the vectors themselves,
+/// the powers come from two short tables.
 pub(crate) fn sums_of_waves(places: &[DVec2], vectors: &[[i64; 2]]) -> Vec<DVec2> {
     if largest(vectors, 0) + largest(vectors, 1) > POWERS_PER_WAVE * vectors.len() {
         sums_by_factors(places, vectors)

@@ -90,8 +90,8 @@ pub(super) fn diameter(selection: &Selection<'_>, parameter: &Parameter) -> Resu
 }
 
 impl Measured for Relaxation {
-    /// F_s at each lag, then ⟨|Δ|²⟩, ⟨|Δ|⁴⟩, Q, and ⟨m²⟩/N of the numbers m of bodies that count for
-    /// Q.
+    /// F_s at each lag, then ⟨|Δ|²⟩, ⟨|Δ|⁴⟩, Q, and ⟨m²⟩/N of the numbers m of bodies that count
+    /// for Q.
     fn sums(&self) -> Vec<[f64; 2]> {
         self.observer.sums()
     }

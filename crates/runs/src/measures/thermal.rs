@@ -16,7 +16,8 @@ pub(super) struct Thermal {
     temperature: Option<f64>,
     /// The masses of the bodies that move, and the number of bodies with each.
     masses: Vec<(f64, u64)>,
-    /// Along x and y: 1/M, with the mass M of all bodies that move, if momentum is conserved, else 0.
+    /// Along x and y: 1/M, with the mass M of all bodies that move, if momentum is conserved; else
+    /// 0.
     shared: [f64; 2],
 }
 
