@@ -155,25 +155,19 @@ impl BodyFrameDiffusion {
 
     /// All lags (time) in ascending order, from lag 0 on, also those without pairs.
     pub fn lags(&self) -> Vec<f64> {
-        self.lags.each(&self.clock).map(|(lag, _)| lag).collect()
+        self.lags.times(&self.clock)
     }
 
     /// [Σx, Σw] over all samples so far, w the number of pairs: the squared displacement along the
     /// axis at each of the [lags](Self::lags), then that across it, then the products of the
     /// velocities along it, and across it.
     pub fn sums(&self) -> Vec<[f64; 2]> {
-        let terms: [fn(&Sums) -> f64; 4] = [
+        self.lags.terms([
             |sums| sums.squares.x,
             |sums| sums.squares.y,
             |sums| sums.products.x,
             |sums| sums.products.y,
-        ];
-        let of_term = |term: fn(&Sums) -> f64| {
-            self.lags
-                .each(&self.clock)
-                .map(move |(_, sum)| [term(&sum.sums), sum.pairs as f64])
-        };
-        terms.into_iter().flat_map(of_term).collect()
+        ])
     }
 
     /// The number of samples that were not one spacing after the previous sample, to one part in a

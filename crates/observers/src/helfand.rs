@@ -193,17 +193,14 @@ impl HelfandMoment {
 
     /// All lags (time) in ascending order, from lag 0 on, also those without origins.
     pub fn lags(&self) -> Vec<f64> {
-        self.lags.each(&self.clock).map(|(lag, _)| lag).collect()
+        self.lags.times(&self.clock)
     }
 
     /// [Σx, Σw] at each of the [lags](Self::lags) over all samples so far: x is the square of the
     /// displacement of G (mass² × length⁴ / time², of energy mass² × length⁶ / time⁴), and w is 1
     /// for each origin.
     pub fn sums(&self) -> Vec<[f64; 2]> {
-        self.lags
-            .each(&self.clock)
-            .map(|(_, sum)| [sum.sums.0, sum.pairs as f64])
-            .collect()
+        self.lags.terms([|sums| sums.0])
     }
 
     /// The number of samples that were not one spacing after the previous sample, to one part in a

@@ -20,9 +20,12 @@ const MAX_SPACINGS: u64 = RATIO.pow(18);
 const EVENNESS: f64 = 1e-6;
 
 /// The sums at one lag over the pairs of one body at t₀ and at t₀ + t.
-pub(crate) trait PairSums<S>: Copy + Default {
+pub(crate) trait PairSums<S>: Clone {
     /// Adds the pair of what was sampled of one body at two times.
     fn add(&mut self, before: &S, now: &S);
+
+    /// Ends the pairs of one origin t₀: the next pair has another. Default: nothing.
+    fn end_origin(&mut self) {}
 }
 
 /// The time of the last sample, from which the next one is due after one spacing.
@@ -53,7 +56,7 @@ pub(crate) struct LaggedSample<S> {
 }
 
 /// The sums at one lag.
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct LagSum<T> {
     /// The number of pairs.
     pub(crate) pairs: u64,
@@ -76,19 +79,38 @@ impl<S: Copy, T: PairSums<S>> Lags<S, T> {
     ///
     /// # Errors
     /// [`GeometryError::NotPositive`] if `spacing` or `longest` is not positive and finite.
-    pub(crate) fn new(spacing: f64, longest: f64) -> Result<(Clock, Self), GeometryError> {
+    pub(crate) fn new(spacing: f64, longest: f64) -> Result<(Clock, Self), GeometryError>
+    where
+        T: Default,
+    {
+        Self::with_sums(spacing, longest, &T::default())
+    }
+
+    /// Lags as of [`new`](Self::new), with the sums of no pairs at each lag.
+    ///
+    /// # Errors
+    /// [`GeometryError::NotPositive`] if `spacing` or `longest` is not positive and finite.
+    pub(crate) fn with_sums(
+        spacing: f64,
+        longest: f64,
+        empty: &T,
+    ) -> Result<(Clock, Self), GeometryError> {
         let spacing = check_positive("the spacing of samples", spacing)?;
         let longest = check_positive("the longest lag", longest)?;
         let spacings = ((longest / spacing * (1.0 + EVENNESS)) as u64).clamp(1, MAX_SPACINGS);
         let strides = (0..)
             .map(|level| RATIO.pow(level))
             .take_while(|&stride| stride <= spacings);
+        let sum = || LagSum {
+            pairs: 0,
+            sums: empty.clone(),
+        };
         let level = |stride: u64| {
             let lags = (spacings / stride).min(RATIO - 1) as usize;
             Level {
                 stride,
                 past: VecDeque::new(),
-                sums: vec![LagSum::default(); lags],
+                sums: vec![sum(); lags],
             }
         };
         let levels = strides.map(level).collect();
@@ -100,7 +122,7 @@ impl<S: Copy, T: PairSums<S>> Lags<S, T> {
             Self {
                 taken: 0,
                 uneven: 0,
-                at_zero: LagSum::default(),
+                at_zero: sum(),
                 levels,
             },
         ))
@@ -109,15 +131,34 @@ impl<S: Copy, T: PairSums<S>> Lags<S, T> {
     /// Each lag (time) and its sums, in ascending order from lag 0 on, also without pairs.
     pub(crate) fn each(&self, clock: &Clock) -> impl Iterator<Item = (f64, &LagSum<T>)> {
         let spacing = clock.spacing;
+        self.sums()
+            .map(move |(spacings, sum)| (spacings as f64 * spacing, sum))
+    }
+
+    /// Each lag (spacings) and its sums.
+    fn sums(&self) -> impl Iterator<Item = (u64, &LagSum<T>)> {
         let lags = self.levels.iter().flat_map(|level| {
             let strides = 1..;
             strides
                 .zip(&level.sums)
                 .map(|(count, sum): (u64, _)| (count * level.stride, sum))
         });
-        std::iter::once((0, &self.at_zero))
-            .chain(lags)
-            .map(move |(spacings, sum)| (spacings as f64 * spacing, sum))
+        std::iter::once((0, &self.at_zero)).chain(lags)
+    }
+
+    /// All lags (time) in ascending order, from lag 0 on, also those without pairs.
+    pub(crate) fn times(&self, clock: &Clock) -> Vec<f64> {
+        self.each(clock).map(|(lag, _)| lag).collect()
+    }
+
+    /// [Σx, number of pairs] over all samples so far: the first term of the sums at each lag, then
+    /// the next at each.
+    pub(crate) fn terms<const N: usize>(&self, terms: [fn(&T) -> f64; N]) -> Vec<[f64; 2]> {
+        let of_term = |term: fn(&T) -> f64| {
+            self.sums()
+                .map(move |(_, sum)| [term(&sum.sums), sum.pairs as f64])
+        };
+        terms.into_iter().flat_map(of_term).collect()
     }
 
     /// The number of samples that were not one spacing after the previous sample.
@@ -187,5 +228,6 @@ impl<T> LagSum<T> {
                 self.sums.add(&before.state, &sample.state);
             }
         }
+        self.sums.end_origin();
     }
 }

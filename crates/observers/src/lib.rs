@@ -37,8 +37,11 @@
 //! | velocities, and Boltzmann's H | [`VelocityDistribution`] | samples |
 //! | friction coefficients from the squares of the impulses | [`Friction`] | contacts, samples |
 //! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | samples |
+//! | structural relaxation: F_s(k, t), α₂(t), Q(t), χ₄(t) | [`StructuralRelaxation`] | samples |
+//! | distribution of displacements: van Hove G_s(r, t) | [`SelfVanHove`] | samples |
 //! | orientations and angular velocities, correlated in time | [`OrientationCorrelation`] | samples |
 //! | density waves: the structure factor S(k) | [`StructureFactor`] | samples |
+//! | density waves correlated in time: F(k, t) | [`IntermediateScattering`] | samples |
 //! | bond orientation: ψₙ | [`HexaticOrder`] | samples |
 //! | disclinations: bodies without six neighbours | [`Disclinations`] | samples |
 //! | nematic, tetratic, k-atic order of orientations | [`OrientationalOrder`] | samples |
@@ -89,6 +92,7 @@ mod helfand;
 mod hexatic_order;
 mod histogram;
 mod impulse_log;
+mod intermediate_scattering;
 mod isotropy;
 mod kinds;
 mod lags;
@@ -105,6 +109,7 @@ mod pressure;
 mod pressure_tensor;
 mod projection_histogram;
 mod running_average;
+mod structural_relaxation;
 mod structure_factor;
 mod subscriptions;
 mod tag_filter;
@@ -113,9 +118,11 @@ mod temperature;
 mod test_scenes;
 mod thermostat_ledger;
 mod time_correlation;
+mod van_hove;
 mod velocity_distribution;
 mod wall_energy;
 mod wall_pressure;
+mod wave_vectors;
 
 pub use body_frame_diffusion::{BodyFrameDiffusion, BodyFramePoint};
 pub use collision_rate::{CollisionRate, RatePoint};
@@ -137,6 +144,9 @@ pub use helfand::{HelfandMoment, HelfandPoint};
 pub use hexatic_order::{HexaticOrder, HexaticPoint, Neighbours};
 pub use histogram::Histogram;
 pub use impulse_log::{Impulse, ImpulseLog};
+pub use intermediate_scattering::{
+    IntermediateScattering, ScatteringError, ScatteringPoint, ScatteringScales,
+};
 pub use isotropy::Isotropy;
 pub use maps::{BoxMap, density_map, order_map};
 pub use orientational_correlation::{OrientationCorrelation, OrientationPoint};
@@ -150,12 +160,16 @@ pub use pressure::{Pressure, PressurePoint};
 pub use pressure_tensor::{PressureTensor, TensorPoint};
 pub use projection_histogram::{BodyAxis, ProjectionHistogram};
 pub use running_average::{RunningAverage, RunningPoint};
+pub use structural_relaxation::{
+    RelaxationPoint, RelaxationScales, ScalesError, StructuralRelaxation,
+};
 pub use structure_factor::{ShellsError, StructureFactor, StructurePoint};
 pub use subscriptions::{EventKind, SubscriptionKey, Subscriptions};
 pub use tag_filter::TagFilter;
 pub use temperature::{TemperatureByTag, TemperaturePoint};
 pub use thermostat_ledger::{HeatOfTag, ThermostatLedger, ThermostatPoint};
 pub use time_correlation::{CorrelationPoint, TimeCorrelation};
+pub use van_hove::{DisplacementBins, DisplacementBinsError, SelfVanHove, VanHoveCurve};
 pub use velocity_distribution::{SpeedMoments, VelocityDistribution, VelocityPoint};
 pub use wall_energy::{
     FromWalls, HeatFromWalls, WallEnergy, WallEnergyPoint, WallHeat, WallWork, WorkOfWalls,

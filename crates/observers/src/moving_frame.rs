@@ -1,9 +1,11 @@
 //! The frame of the centre of mass, whose velocity may change at edits.
 
-use carom_engine::View;
+use carom_engine::{BodyView, View};
 use carom_kinematics::{DragClock, EpochTime};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
+
+use crate::Group;
 
 /// The displacement of the frame of the centre of mass, integrated from its velocity between
 /// samples.
@@ -32,5 +34,18 @@ impl MovingFrame {
         self.since = Some(view.time());
         self.clock = DragClock::new(view.drag());
         self.velocity = view.centre_of_mass_frame().velocity();
+    }
+
+    /// The moving bodies of a group in ascending order of number, with their places in this frame
+    /// without periodic jumps (length).
+    pub(crate) fn places<'a>(
+        &self,
+        view: &'a View<'_>,
+        group: Group,
+    ) -> impl Iterator<Item = (BodyView<'a>, DVec2)> {
+        let displacement = self.displacement;
+        view.bodies()
+            .filter(move |view| !view.body.is_fixed() && group.contains(view.body))
+            .map(move |body| (body, body.unwrapped(view.bounds()) - displacement))
     }
 }

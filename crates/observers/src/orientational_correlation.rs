@@ -114,20 +114,14 @@ impl OrientationCorrelation {
 
     /// All lags (time) in ascending order, from lag 0 on, also those without pairs.
     pub fn lags(&self) -> Vec<f64> {
-        self.lags.each(&self.clock).map(|(lag, _)| lag).collect()
+        self.lags.times(&self.clock)
     }
 
     /// [Σx, Σw] over all samples so far, w the number of pairs: C₁ at each of the
     /// [lags](Self::lags), then C₂ at each, then the autocorrelation of ω at each.
     pub fn sums(&self) -> Vec<[f64; 2]> {
-        let terms: [fn(&Sums) -> f64; 3] =
-            [|sums| sums.first, |sums| sums.second, |sums| sums.products];
-        let of_term = |term: fn(&Sums) -> f64| {
-            self.lags
-                .each(&self.clock)
-                .map(move |(_, sum)| [term(&sum.sums), sum.pairs as f64])
-        };
-        terms.into_iter().flat_map(of_term).collect()
+        self.lags
+            .terms([|sums| sums.first, |sums| sums.second, |sums| sums.products])
     }
 
     /// The number of samples that were not one spacing after the previous sample, to one part in a

@@ -237,7 +237,7 @@ impl OrientationalOrder {
 
     /// All lags (time) in ascending order, from lag 0 on, also those without pairs.
     pub fn lags(&self) -> Vec<f64> {
-        self.of_body.each(&self.clock).map(|(lag, _)| lag).collect()
+        self.of_body.times(&self.clock)
     }
 
     /// [Σx, Σw] over all samples so far: S_k and S_k² (w = 1 for each sample), the local order (w =
@@ -246,11 +246,7 @@ impl OrientationalOrder {
     pub fn sums(&self) -> Vec<[f64; 2]> {
         let samples = self.series.len() as f64;
         let bins = self.cosines.iter().zip(self.distances.counts());
-        let of_lags = |lags: &Lags<DVec2, Product>| -> Vec<[f64; 2]> {
-            let each = lags.each(&self.clock);
-            each.map(|(_, sum)| [sum.sums.0, sum.pairs as f64])
-                .collect()
-        };
+        let of_lags = |lags: &Lags<DVec2, Product>| lags.terms([|sums| sums.0]);
         let mut sums: Vec<[f64; 2]> = self.global.map(|sum| [sum, samples]).to_vec();
         sums.push(self.local);
         sums.extend(bins.map(|(&cosine, &pairs)| [cosine, pairs as f64]));

@@ -13,23 +13,18 @@
 
 use carom_engine::{Observer, View};
 use carom_geometry::PeriodicBox;
-use carom_kinematics::Orientation;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::Group;
+use crate::{
+    Group,
+    wave_vectors::{shortest_shells, sums_of_waves},
+};
 
 /// The largest number of shells. The cost of a sample is the number of bodies times that of wave
 /// vectors, in a square box two to seven a shell.
 const MAX_SHELLS: usize = 10_000;
-
-/// The largest relative difference of two k² in one shell: far above the rounding of k², a few
-/// 1e-16, and below the distance of different k² in a square box with 10⁴ shells, 1e-5.
-const SAME_LENGTH: f64 = 1e-9;
-
-/// Doublings of the area that is searched for shells; 2⁶⁴ times the first is never reached.
-const MAX_DOUBLINGS: usize = 64;
 
 /// Structure factor of two groups, or of one with itself, over the samples; fixed discs and
 /// molecules count, walls do not.
@@ -105,7 +100,14 @@ impl StructureFactor {
         if !(1..=MAX_SHELLS).contains(&shells) {
             return Err(ShellsError { shells });
         }
-        let shells = shortest_shells(bounds, shells);
+        let shells = shortest_shells(bounds, shells)
+            .into_iter()
+            .map(|shell| Shell {
+                wave_number: shell.wave_number,
+                vectors: shell.vectors,
+                sum: 0.0,
+            })
+            .collect();
         Ok(Self {
             groups,
             bounds: *bounds,
@@ -199,148 +201,6 @@ impl Observer for StructureFactor {
     }
 }
 
-/// Bodies whose waves are computed together: whole vector registers, and tables of their powers
-/// that fit into the first cache.
-const BLOCK: usize = 16;
-
-/// Partial sums of a wave, one for each lane of two vector registers.
-const LANES: usize = 4;
-
-/// Σ exp(2πi (n_x x + n_y y)) over places in units of the sides, for each vector (n_x, n_y) with
-/// n_y ≥ 0, as real and imaginary part. A wave is a product of powers of exp(2πi x) and exp(2πi y),
-/// whose rounding grows with the power: some 1e-16 n. The products for n_x are those for −n_x, with
-/// other signs.
-fn sums_of_waves(places: &[DVec2], vectors: &[[i64; 2]]) -> Vec<DVec2> {
-    let mut pairs: Vec<[usize; 2]> = vectors
-        .iter()
-        .map(|vector| vector.map(|number| number.unsigned_abs() as usize))
-        .collect();
-    pairs.sort_unstable();
-    pairs.dedup();
-    let largest = |axis: usize| pairs.iter().map(|pair| pair[axis]).max().unwrap_or(0);
-    let [mut across, mut up] = [0, 1].map(|axis| Powers::new(largest(axis)));
-    let mut sums = vec![[0.0; 4]; pairs.len()];
-    for block in places.chunks(BLOCK) {
-        across.set(block.iter().map(|place| place.x));
-        up.set(block.iter().map(|place| place.y));
-        for (sums, &[x, y]) in sums.iter_mut().zip(&pairs) {
-            let products = sums_of_products(&across.0[x], &up.0[y]);
-            for (sum, product) in sums.iter_mut().zip(products) {
-                *sum += product;
-            }
-        }
-    }
-    let wave = |&[x, y]: &[i64; 2]| {
-        let pair = [x, y].map(|number| number.unsigned_abs() as usize);
-        let place = pairs.binary_search(&pair).unwrap_or_default();
-        let [real, imaginary, real_imaginary, imaginary_real] = sums[place];
-        if x < 0 {
-            DVec2::new(real + imaginary, real_imaginary - imaginary_real)
-        } else {
-            DVec2::new(real - imaginary, real_imaginary + imaginary_real)
-        }
-    };
-    vectors.iter().map(wave).collect()
-}
-
-/// Sums over the bodies of a block of the products of two numbers a and b: real parts, imaginary
-/// parts, real part of a and imaginary part of b, and the reverse.
-fn sums_of_products(a: &[[f64; BLOCK]; 2], b: &[[f64; BLOCK]; 2]) -> [f64; 4] {
-    let [mut real, mut imaginary] = [[0.0; LANES]; 2];
-    let [mut real_imaginary, mut imaginary_real] = [[0.0; LANES]; 2];
-    for start in (0..BLOCK).step_by(LANES) {
-        for lane in 0..LANES {
-            let place = start + lane;
-            real[lane] += a[0][place] * b[0][place];
-            imaginary[lane] += a[1][place] * b[1][place];
-            real_imaginary[lane] += a[0][place] * b[1][place];
-            imaginary_real[lane] += a[1][place] * b[0][place];
-        }
-    }
-    [real, imaginary, real_imaginary, imaginary_real].map(|lanes| lanes.iter().sum())
-}
-
-/// The powers exp(2πi n x) of the bodies of a block for n = 0, 1, …: real and imaginary parts.
-struct Powers(Vec<[[f64; BLOCK]; 2]>);
-
-impl Powers {
-    /// Room for the powers up to `largest`.
-    fn new(largest: usize) -> Self {
-        Self(vec![[[0.0; BLOCK]; 2]; largest + 1])
-    }
-
-    /// Computes the powers for places x in turns; those that a short block lacks are 0.
-    fn set(&mut self, turns: impl Iterator<Item = f64>) {
-        let mut first = [[0.0; BLOCK]; 2];
-        self.0[0] = [[0.0; BLOCK]; 2];
-        for (place, x) in turns.enumerate() {
-            let DVec2 { x: cos, y: sin } = Orientation::from_turns(x).cos_sin();
-            (first[0][place], first[1][place]) = (cos, sin);
-            self.0[0][0][place] = 1.0;
-        }
-        for n in 1..self.0.len() {
-            let [real, imaginary] = self.0[n - 1];
-            for place in 0..BLOCK {
-                let (cos, sin) = (first[0][place], first[1][place]);
-                self.0[n][0][place] = real[place] * cos - imaginary[place] * sin;
-                self.0[n][1][place] = real[place] * sin + imaginary[place] * cos;
-            }
-        }
-    }
-}
-
-/// The `requested` shells of smallest |k|. The circle of k in which they are searched doubles its
-/// area until it holds them.
-fn shortest_shells(bounds: &PeriodicBox, requested: usize) -> Vec<Shell> {
-    let unit = bounds.sides().recip() * std::f64::consts::TAU;
-    let mut radius_squared = unit.min_element() * unit.min_element() * (1.0 + SAME_LENGTH);
-    let mut shells = shells_within(unit, radius_squared);
-    for _ in 0..MAX_DOUBLINGS {
-        if shells.len() >= requested {
-            break;
-        }
-        radius_squared *= 2.0;
-        shells = shells_within(unit, radius_squared);
-    }
-    shells.truncate(requested);
-    shells
-}
-
-/// All shells with k² up to a limit, in ascending order; `unit` is 2π / L.
-fn shells_within(unit: DVec2, radius_squared: f64) -> Vec<Shell> {
-    let [across, up] = (radius_squared.sqrt() / unit)
-        .floor()
-        .to_array()
-        .map(|most| most as i64);
-    // The half plane n_y > 0 and the half axis n_x > 0 have one of each pair k and −k.
-    let half_plane = (0..=up).flat_map(|y| (-across..=across).map(move |x| [x, y]));
-    let mut vectors: Vec<(f64, [i64; 2])> = half_plane
-        .filter(|&[x, y]| y > 0 || x > 0)
-        .map(|[x, y]| {
-            (
-                (unit * DVec2::new(x as f64, y as f64)).length_squared(),
-                [x, y],
-            )
-        })
-        .filter(|&(squared, _)| squared <= radius_squared)
-        .collect();
-    vectors.sort_by(|one, other| one.0.total_cmp(&other.0));
-    let mut shells: Vec<Shell> = Vec::new();
-    for (squared, vector) in vectors {
-        match shells.last_mut() {
-            Some(last) if squared <= last.wave_number * last.wave_number * (1.0 + SAME_LENGTH) => {
-                last.vectors.push(vector);
-            }
-            _ => shells.push(Shell {
-                wave_number: squared.sqrt(),
-                vectors: vec![vector],
-                sum: 0.0,
-            }),
-        }
-    }
-    shells
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -420,23 +280,6 @@ mod tests {
             assert_eq!(
                 StructureFactor::new([Group::All; 2], &long, shells).unwrap_err(),
                 ShellsError { shells }
-            );
-        }
-    }
-
-    #[test]
-    fn products_of_powers_are_the_waves_themselves() {
-        let places: Vec<DVec2> = (0..37)
-            .map(|body| DVec2::new(f64::from(body) * 0.381_966, f64::from(body).sqrt()) % 1.0)
-            .collect();
-        let vectors = [[1, 0], [0, 1], [-7, 3], [40, 200], [-200, 0], [13, 13]];
-        for (found, [x, y]) in sums_of_waves(&places, &vectors).into_iter().zip(vectors) {
-            let turns = DVec2::new(x as f64, y as f64);
-            let wave = |place: &DVec2| Orientation::from_turns(turns.dot(*place)).cos_sin();
-            let direct: DVec2 = places.iter().map(wave).sum();
-            assert!(
-                (found - direct).length() < 1e-11,
-                "{x} {y}: {found} {direct}"
             );
         }
     }

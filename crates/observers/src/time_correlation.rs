@@ -120,24 +120,18 @@ impl TimeCorrelation {
 
     /// All lags (time) in ascending order, from lag 0 on, also those without pairs.
     pub fn lags(&self) -> Vec<f64> {
-        self.lags.each(&self.clock).map(|(lag, _)| lag).collect()
+        self.lags.times(&self.clock)
     }
 
     /// [Σx, Σw] over all samples so far, w the number of pairs: the squared displacement at each of
     /// the [lags](Self::lags) (length²), then the product of velocities at each (length² / time²),
     /// then the fourth power of the displacement (length⁴).
     pub fn sums(&self) -> Vec<[f64; 2]> {
-        let terms: [fn(&Sums) -> f64; 3] = [
+        self.lags.terms([
             |sums| sums.squares,
             |sums| sums.products,
             |sums| sums.fourths,
-        ];
-        let of_term = |term: fn(&Sums) -> f64| {
-            self.lags
-                .each(&self.clock)
-                .map(move |(_, sum)| [term(&sum.sums), sum.pairs as f64])
-        };
-        terms.into_iter().flat_map(of_term).collect()
+        ])
     }
 
     /// The number of samples that were not one spacing after the previous sample, to one part in a
@@ -165,14 +159,11 @@ impl Observer for TimeCorrelation {
         if !self.lags.is_due(&self.clock, view.time()) {
             return;
         }
-        let (group, frame) = (self.group, self.frame);
-        let moving = view
-            .bodies()
-            .filter(|view| !view.body.is_fixed() && group.contains(view.body));
-        let now: Vec<LaggedSample<State>> = moving
-            .map(|body| {
-                let place = body.unwrapped(view.bounds()) - frame.displacement;
-                let velocity = body.motion.velocity - frame.velocity;
+        let now: Vec<LaggedSample<State>> = self
+            .frame
+            .places(view, self.group)
+            .map(|(body, place)| {
+                let velocity = body.motion.velocity - self.frame.velocity;
                 LaggedSample {
                     id: body.body.id(),
                     state: State { place, velocity },

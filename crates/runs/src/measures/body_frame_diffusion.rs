@@ -43,9 +43,7 @@ impl Measured for BodyFrameDiffusion {
         }
         let lags: Vec<f64> = points.iter().map(|point| point.lag).collect();
         let quantity = |index: usize| -> Vec<BlockMean> {
-            // Lags without pairs are the longest.
-            let begin = (index * self.lags().len()).min(means.len());
-            let mut found = context.resolved(&means[begin..], &lags);
+            let mut found = context.at_lags(means, index, self.lags().len(), &lags);
             let few = points.iter().map(|point| point.pairs < MIN_PAIRS);
             for (mean, _) in found.iter_mut().zip(few).filter(|(_, few)| *few) {
                 *mean = BlockMean::default();

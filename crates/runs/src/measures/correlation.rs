@@ -55,12 +55,9 @@ impl Measured for TimeCorrelation {
             .filter(|point| point.pairs >= MIN_PAIRS)
             .collect();
         let lags: Vec<f64> = points.iter().map(|point| point.lag).collect();
-        let quantity = |index: usize| -> Vec<BlockMean> {
-            // Lags without pairs are the longest.
-            let begin = (index * self.lags().len()).min(means.len());
-            context.resolved(&means[begin..], &lags)
-        };
-        let (squares, products, fourths) = (quantity(0), quantity(1), quantity(2));
+        let all = self.lags().len();
+        let [squares, products, fourths] =
+            [0, 1, 2].map(|index| context.at_lags(means, index, all, &lags));
         let exponential: Vec<Option<f64>> =
             lags.iter().map(|&lag| exponential(lag, context)).collect();
         let gaussian = squares

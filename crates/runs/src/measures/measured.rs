@@ -163,6 +163,19 @@ impl Context<'_> {
         means.iter().zip(lags).map(of).collect()
     }
 
+    /// The means of one quantity of several, each of which has a mean at each of `all` lags, at the
+    /// first of them (time). Lags without pairs are the longest.
+    pub fn at_lags(
+        &self,
+        means: &[BlockMean],
+        quantity: usize,
+        all: usize,
+        lags: &[f64],
+    ) -> Vec<BlockMean> {
+        let begin = (quantity * all).min(means.len());
+        self.resolved(&means[begin..], lags)
+    }
+
     /// A sentence on the prediction for the caption.
     pub fn theory(&self, prediction: &str) -> String {
         match self.hard_discs {

@@ -23,6 +23,7 @@ mod hard_discs;
 mod heat_conductivity;
 mod hexatic_order;
 mod impulses;
+mod intermediate_scattering;
 mod intervals;
 mod k_atic;
 pub mod kicks;
@@ -37,6 +38,7 @@ mod pressure_tensor;
 mod profile;
 mod projections;
 mod range;
+mod relaxation;
 mod request;
 mod running_average;
 mod selection;
@@ -44,9 +46,11 @@ mod single;
 mod slope;
 mod structure_factor;
 mod temperature;
+mod thermal;
 mod thermostat;
 mod tracked;
 mod transport;
+mod van_hove;
 mod velocities;
 mod viscosity;
 mod wall_energy;
@@ -80,7 +84,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 36] = [
+pub const KINDS: [MeasureKind; 39] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -89,11 +93,14 @@ pub const KINDS: [MeasureKind; 36] = [
     velocities::KIND,
     temperature::KIND,
     correlation::KIND,
+    relaxation::KIND,
+    van_hove::KIND,
     orientation::KIND,
     body_frame_diffusion::KIND,
     friction::KIND,
     pair_distribution::KIND,
     structure_factor::KIND,
+    intermediate_scattering::KIND,
     hexatic_order::KIND,
     k_atic::NEMATIC,
     k_atic::TETRATIC,

@@ -105,14 +105,12 @@ impl Measured for Orientations {
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
-        // Lags without pairs are the longest.
         let lags = self.correlation.lags();
         let points = self.correlation.points();
         let measured = points.len();
         let (means, harmonics) = means.split_at(means.len().saturating_sub(HARMONICS));
         let quantity = |index: usize| {
-            let begin = (index * lags.len()).min(means.len());
-            let mut found = context.resolved(&means[begin..], &lags[..measured]);
+            let mut found = context.at_lags(means, index, lags.len(), &lags[..measured]);
             for (mean, _) in found
                 .iter_mut()
                 .zip(&points)

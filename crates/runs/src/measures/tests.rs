@@ -25,6 +25,7 @@ fn names_are_refused_with_their_reason() {
         "events:a,b",
         "pair-distribution:a,b",
         "structure-factor:a,b",
+        "intermediate-scattering:a,b",
     ] {
         assert!(asked(&[good]).is_ok(), "{good}");
     }
@@ -267,7 +268,8 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
                 "structure-factor", "hexatic-order:gas", "pressure-tensor", "free-path:gas", "viscosity",
                 "heat-conductivity", "energy", "collision-rate", "pressure", "impulses:tee", "events:gas,tee",
                 "kicks:tee", "fields:gas", "profile:gas", "front:gas", "nematic:tee", "tetratic", "k-atic:tee",
-                "defects:gas", "body-frame-diffusion:tee"]
+                "defects:gas", "body-frame-diffusion:tee", "relaxation:gas", "intermediate-scattering:gas,tee",
+                "van-hove:gas"]
         "#,
     );
     assert!(gas.unwrap_err().contains("equal discs"));
@@ -997,6 +999,113 @@ fn parameters_have_their_effect() {
             rows("orientation")
         ),
         (3, 4, 5)
+    );
+}
+
+#[test]
+fn parameters_of_correlations_in_time_have_their_effect() {
+    let (results, _) = measured(
+        r#"
+            [[gas]]
+            radius = 0.02
+            mass = 1.0
+            energy = 1.0
+            count = 100
+            [run]
+            until = 1.0
+            sample_interval = 0.1
+            [[measure]]
+            kind = "relaxation"
+            k = 1e-6
+            a = 1e3
+            max = 0.5
+            [[measure]]
+            kind = "intermediate-scattering"
+            k = 6.283185307179586
+            shells = 1
+            max = 0.2
+            [[measure]]
+            kind = "van-hove"
+            distance = 0.3
+            bins = 6
+            max = 0.3
+        "#,
+    );
+    // No body leaves such a distance, and none moves over such a wave.
+    let relaxation = table(&results, "relaxation");
+    assert_eq!(column(relaxation, "overlap"), [Some(1.0); 6]);
+    assert!(column(relaxation, "self_scattering")[5] > Some(1.0 - 1e-9));
+    // 11 samples of two wave vectors are too few at lag 0.
+    assert!(
+        results
+            .tables
+            .iter()
+            .all(|table| table.name != "intermediate-scattering")
+    );
+    let displacements = column(table(&results, "van-hove"), "displacement");
+    assert!(displacements.len() == 6 && (displacements[5].unwrap() - 0.275).abs() < 1e-12);
+    assert_eq!(table(&results, "van-hove").header().len(), 2 + 2 * 3);
+}
+
+/// A dilute gas of two masses over a small part of its free time.
+#[test]
+fn displacements_of_a_dilute_gas_are_those_of_free_flight() {
+    let gas = |tag: &str, mass: f64| {
+        format!(
+            "[[gas]]\ntags = [\"{tag}\"]\nradius = 0.0005\nmass = {mass:?}\ntemperature = 1.0\n\
+             velocities = \"maxwell\"\ncount = 200\n"
+        )
+    };
+    let (results, _) = measured(&format!(
+        "[box]\nseed = 7\n{}{}[run]\nuntil = 20.0\nsample_interval = 0.001\n\
+         [[measure]]\nkind = \"relaxation\"\nof = \"light\"\nk = 500.0\na = 0.002\nmax = 0.006\n\
+         [[measure]]\nkind = \"relaxation\"\nk = 500.0\na = 0.002\nmax = 0.006\n\
+         [[measure]]\nkind = \"van-hove\"\ndistance = 0.01\nbins = 5\nmax = 0.003\n",
+        gas("light", 1.0),
+        gas("heavy", 4.0)
+    ));
+    let near = |table: &Table, name: &str, row: usize, expected: f64| {
+        let found = column(table, name)[row].unwrap();
+        let error = column(table, &format!("{name}_error"))[row].unwrap();
+        // The contacts within the lag change it by less than 0.2 %.
+        let allowed = 5.0 * error + 0.002 * expected.abs();
+        assert!(
+            (found - expected).abs() < allowed,
+            "{name} {row}: {found} ± {error}, not {expected}"
+        );
+        assert!(
+            error < 0.1 * expected.abs().max(0.5),
+            "{name} {row}: {error}"
+        );
+    };
+    for name in ["relaxation", "relaxation-light"] {
+        let table = table(&results, name);
+        for row in 1..=4 {
+            let predicted = column(table, "self_scattering_predicted")[row].unwrap();
+            near(table, "self_scattering", row, predicted);
+        }
+    }
+    let [all, light] = ["relaxation", "relaxation-light"].map(|name| table(&results, name));
+    // Velocities are Gaussian for one mass; for both ⟨1/m²⟩/⟨1/m⟩² − 1.
+    near(light, "non_gaussian", 2, 0.0);
+    near(all, "non_gaussian", 2, 0.36);
+    // Q = 1 − exp(−x) with x = a²/2t² = 1/2. A part of a gas has the fluctuations of its own energy
+    // nearly.
+    near(light, "overlap", 2, 1.0 - f64::exp(-0.5));
+    let chi = column(light, "chi_4")[2].unwrap();
+    assert!((0.12..0.25).contains(&chi), "{chi}");
+    let distances = table(&results, "van-hove");
+    for name in ["density_at_0.001", "density_at_0.003"] {
+        let predicted = column(distances, &format!("{name}_predicted"))[1].unwrap();
+        near(distances, name, 1, predicted);
+    }
+    let tau = figure(&results, "relaxation time τ of F_s, light").unwrap();
+    // k² t²/2 = 1.
+    let error = tau.standard_error.unwrap();
+    let expected = 2f64.sqrt() / 500.0;
+    assert!(
+        (tau.value - expected).abs() < 5.0 * error && error < 0.03 * expected,
+        "{tau:?}"
     );
 }
 

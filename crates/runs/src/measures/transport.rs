@@ -76,29 +76,44 @@ pub(super) struct Plateau {
     pub is_constant: bool,
 }
 
+/// The standard error of a sum of means, each times a factor, from their sums in each block; of a
+/// function of means the factors are its derivatives by them. `None` if a mean is computed from
+/// several, or if there are fewer than two blocks.
+pub(super) fn error_of_sum(
+    blocks: &[Sums],
+    terms: impl IntoIterator<Item = (BlockMean, f64)>,
+) -> Option<f64> {
+    let mut deviations = vec![0.0; blocks.len()];
+    for (mean, factor) in terms {
+        let (ratio, quantity) = (mean.value?, mean.quantity?);
+        let blocks = of_quantity(blocks, quantity);
+        let weight: f64 = blocks.iter().map(|[_, weight]| weight).sum();
+        for (deviation, [x, w]) in deviations.iter_mut().zip(blocks) {
+            *deviation += factor * (x - ratio * w) / weight;
+        }
+    }
+    // The error of a sum over the blocks is that of their mean times their number.
+    let count = deviations.len() as f64;
+    let blocks = deviations
+        .into_iter()
+        .map(|deviation| [deviation * count, 1.0])
+        .collect();
+    let error = Estimate::of_runs(&[blocks])?.standard_error;
+    error.is_finite().then_some(error)
+}
+
 impl TransportCurve<'_> {
     /// The sum of some of its means by their places, each times a factor.
     pub(super) fn combination(&self, factors: &[(usize, f64)]) -> Option<TransportValue> {
         let mut value = 0.0;
-        let mut deviations = vec![0.0; self.blocks.len()];
+        let mut terms = Vec::with_capacity(factors.len());
         for &(place, factor) in factors {
-            let mean = self.means.get(place)?;
-            let (ratio, quantity) = (mean.value?, mean.quantity?);
-            let [of_ratio, slope] = self.of.of_mean(ratio)?;
-            value += factor * of_ratio;
-            let blocks = of_quantity(self.blocks, quantity);
-            let weight: f64 = blocks.iter().map(|[_, weight]| weight).sum();
-            for (deviation, [x, w]) in deviations.iter_mut().zip(blocks) {
-                *deviation += factor * slope * (x - ratio * w) / weight;
-            }
+            let mean = *self.means.get(place)?;
+            let [of_mean, slope] = self.of.of_mean(mean.value?)?;
+            value += factor * of_mean;
+            terms.push((mean, factor * slope));
         }
-        // The error of a sum over the blocks is that of their mean times their number.
-        let count = deviations.len() as f64;
-        let blocks = deviations
-            .into_iter()
-            .map(|deviation| [deviation * count, 1.0])
-            .collect();
-        let standard_error = Estimate::of_runs(&[blocks])?.standard_error;
+        let standard_error = error_of_sum(self.blocks, terms)?;
         (value.is_finite() && standard_error > 0.0).then_some(TransportValue {
             value,
             standard_error,
