@@ -353,6 +353,24 @@ fn gravities_that_cannot_be_computed_are_refused_by_name() {
             .to_string();
         assert!(words.contains("gravity") && words.contains(word), "{words}");
     }
+    let tagged = ball.replace("[[molecule]]", "[[molecule]]\ntags = [\"ball\"]");
+    for (rule, word) in [
+        (
+            "[[transparent]]\nbetween = [\"ball\", \"floor\"]\n",
+            "does not see the walls",
+        ),
+        (
+            "[[bumper]]\ntags = [\"ball\"]\nradius = 0.1\nat = [0.2, 0.5]\n\
+             [[diameter]]\nbetween = [\"ball\", \"ball\"]\nfactor = 1.5\n",
+            "diameters",
+        ),
+    ] {
+        let floor =
+            "[gravity]\nacceleration = [0.0, -1.0]\n[[wall]]\ntags = [\"floor\"]\ny = 0.0\n";
+        let text = format!("{floor}{rule}{tagged}");
+        let words = Simulation::new(&scene(&text)).unwrap_err().to_string();
+        assert!(words.contains("gravity") && words.contains(word), "{words}");
+    }
     let text = format!("[gravity]\nacceleration = [0.0, -1.0]\n[[wall]]\ny = 0.0\n{ball}");
     let other = Simulation::<FixedStep, Impact, CellScheduler>::with(
         &scene(&text),
@@ -362,4 +380,108 @@ fn gravities_that_cannot_be_computed_are_refused_by_name() {
     );
     let words = other.unwrap_err().to_string();
     assert!(words.contains("fall"), "{words}");
+}
+
+/// Epochs that end with a contact, and edits in the middle of one, book the work of gravity too.
+#[test]
+fn short_epochs_and_edits_balance_the_ledger() {
+    for gas in [GASES[0], GASES[2], GASES[5]] {
+        let mut simulation = Simulation::new(&scene(&format!("{WALLS}{gas}"))).unwrap();
+        simulation.set_contacts_per_epoch(1);
+        for step in 1..=10 {
+            simulation.run_until(0.05 * f64::from(step)).unwrap();
+            let balances = |simulation: &Simulation| {
+                let (view, ledger) = (simulation.view(), simulation.view().ledger());
+                let off = ledger.booked() - view.energy();
+                assert!(off.abs() < 1e-10 * view.energy(), "{gas}: {off:e}");
+            };
+            balances(&simulation);
+            match step {
+                4 => simulation
+                    .edit(|batch| batch.reset_energy_of_all(1.0))
+                    .unwrap(),
+                6 => {
+                    simulation
+                        .add(
+                            &Scene::from_toml(
+                                "[[molecule]]\nshape = \"disc\"\natom_radius = 0.01\natom_mass = 2.0\n\
+                                 at = [0.1, 1.9]\nvelocity = [0.1, 0.2]",
+                            )
+                            .unwrap()
+                            .molecule[0],
+                        )
+                        .unwrap();
+                }
+                8 => simulation.set_contacts_per_epoch(64),
+                _ => {}
+            }
+            balances(&simulation);
+        }
+    }
+}
+
+/// A gravity that hardly acts in an epoch.
+#[test]
+fn a_weak_gravity_lists_fixed_bodies_where_they_are() {
+    for gravity in ["-1e-6", "-1e-60"] {
+        let text = format!(
+            "[gravity]\nacceleration = [0.0, {gravity}]\n[[wall]]\ny = 0.0\n[[bumper]]\nradius = 0.1\nat = [0.3, 0.4]\n\
+             [[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 4.0\ncount = 50\nregion.y = [0.55, 0.95]"
+        );
+        let scene = scene(&text);
+        let mut cells = Simulation::new(&scene).unwrap();
+        let mut heap = Simulation::<Exact, Impact, HeapScheduler>::with(
+            &scene,
+            Exact::default(),
+            Impact,
+            CellsPerSide::Automatic,
+        )
+        .unwrap();
+        cells.run_until(0.2).unwrap();
+        heap.run_until(0.2).unwrap();
+        let counts = [cells.view().counters(), heap.view().counters()]
+            .map(|counters| [counters.collisions, counters.fixed_collisions]);
+        assert_eq!(counts[0], counts[1]);
+        assert!(counts[0][1] > 5, "{counts:?}");
+        assert_eq!(cells.view().overlaps().pairs, 0);
+    }
+}
+
+/// A ball at rest on the floor, and one that comes to rest: bounces by rounding, the guard's small
+/// bounces, or an error by name; never an overlap.
+#[test]
+fn balls_at_rest_on_the_floor_neither_sink_nor_hang() {
+    for (elasticity, height) in [
+        ("default = 1.0", 0.0),
+        ("default = 0.5", 0.25),
+        ("default = 0.0", 0.25),
+        ("default = 0.5\ncontact_time = 1e-3", 0.25),
+        ("default = 0.0\ncontact_time = 1e-3", 0.0),
+    ] {
+        let y = 0.25 + height;
+        let text = format!(
+            "[gravity]\nacceleration = [0.0, -1.0]\n[elasticity]\n{elasticity}\n[[wall]]\ny = 0.125\n\
+             [[molecule]]\nshape = \"disc\"\natom_radius = 0.125\natom_mass = 1.0\nat = [0.5, {y:?}]"
+        );
+        let mut simulation = Simulation::new(&scene(&text)).unwrap();
+        let mut contacts = 0;
+        let ended = loop {
+            match simulation.step(5.0, &mut ()) {
+                Ok(true) if contacts < 20_000 => contacts += 1,
+                other => break other,
+            }
+        };
+        let view = simulation.view();
+        assert_eq!(view.overlaps().pairs, 0, "{elasticity}: {ended:?}");
+        let ball = view.bodies().next().unwrap().motion;
+        assert!(ball.position.y > 0.25 - 1e-12, "{elasticity}: {ball:?}");
+        if elasticity.contains("contact_time") {
+            assert!(
+                ended.is_ok() && contacts < 20_000,
+                "{elasticity}: {ended:?} {contacts}"
+            );
+        }
+        let off = view.ledger().booked() - view.energy();
+        assert!(off.abs() < 1e-12, "{elasticity}: {off:e}");
+    }
 }

@@ -381,3 +381,65 @@ fn oscillations_out_of_range_are_refused_by_name() {
     let words = other.unwrap_err().to_string();
     assert!(words.contains("oscillate"), "{words}");
 }
+
+#[test]
+fn a_shaker_that_crosses_the_border_is_reversed_and_resumed() {
+    let text = "[[wall]]\ny = 0.98\nmotion = { amplitude = [0.0, 0.05], frequency = 3.0 }\n\
+        [[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 40\nregion.y = [0.1, 0.9]";
+    let mut simulation = Simulation::new(&scene(text)).unwrap();
+    let place = |simulation: &Simulation| {
+        let view = simulation.view();
+        let wall = view.bodies().find(|body| body.body.is_wall()).unwrap();
+        (wall.unwrapped(view.bounds()).y, wall.motion.velocity.y)
+    };
+    simulation.run_until(0.5).unwrap();
+    let before = place(&simulation);
+    assert!((before.0 - 0.98 - 0.05 * f64::sin(1.5)).abs() < 1e-13);
+    simulation.reverse();
+    let after = place(&simulation);
+    assert!((after.0 - before.0).abs() < 1e-13 && (after.1 + before.1).abs() < 1e-13);
+    let mut resumed = Simulation::resume(&simulation.end_epoch_here()).unwrap();
+    resumed.run_until(0.75).unwrap();
+    assert!((place(&resumed).0 - 0.98 - 0.05 * f64::sin(0.75)).abs() < 1e-13);
+    assert_eq!(resumed.view().overlaps().pairs, 0);
+}
+
+#[test]
+fn walls_that_touch_or_rest_at_the_start_of_an_oscillation_meet() {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    // Away from the other first, and from a turning point, with nothing else in the box.
+    let away = "[[wall]]\nx = 0.5\nradius = 0.0625\n\
+        motion = { amplitude = [-0.125, 0.0], frequency = 1.0 }\n[[wall]]\nx = 0.625\nradius = 0.0625";
+    let turning = format!(
+        "[[wall]]\nx = 0.5\nmotion = {{ amplitude = [-0.125, 0.0], frequency = 1.0, phase = {quarter:?} }}\n\
+         [[wall]]\nx = 0.625"
+    );
+    for text in [away, &turning] {
+        let mut simulation = Simulation::new(&scene(text)).unwrap();
+        let ended = simulation.run_until(50.0);
+        assert!(
+            matches!(ended, Err(RunError::WallsMeet { .. })),
+            "{ended:?}"
+        );
+    }
+}
+
+#[test]
+fn shakers_with_end_points_and_oblique_amplitudes_let_nothing_through() {
+    let text = "[box]\nseed = 2\n[[wall]]\nfrom = [0.3, 0.3]\nto = [0.7, 0.4]\nradius = 0.01\n\
+        motion = { amplitude = [0.05, 0.15], frequency = 9.0, phase = 1.0 }\n\
+        [[wall]]\nfrom = [0.1, 0.7]\nto = [0.1, 0.9]\ntemperature = 1.0\n\
+        motion = { amplitude = [0.05, 0.0], frequency = 5.0 }\n";
+    for gas in [
+        "[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 100",
+        "[[gas]]\nshape = \"tee\"\natom_radius = 0.01\natom_mass = 1.0\nenergy = 1.0\ncount = 60",
+        "[[gas]]\nshape = \"square\"\nsize = 0.04\nmass = 1.0\nenergy = 1.0\ncount = 60",
+    ] {
+        let mut simulation = Simulation::new(&scene(&format!("{text}{gas}"))).unwrap();
+        for step in 1..=20 {
+            simulation.run_until(0.05 * f64::from(step)).unwrap();
+            simulation.check_invariants(0.02).unwrap();
+        }
+        assert!(simulation.view().counters().fixed_collisions > 10);
+    }
+}

@@ -13,15 +13,15 @@
 //!    motion become K + A and K₃ + J, and n·d'' becomes n·d'' + n·w''. *Proof.* d'' is the sum of
 //!    that of the uniform motion and w''.
 //! 3. **Curvature with a normal that turns at a rate ω** (of an edge). K + A + 2 |ω| W and K₃ + J +
-//!    3
-//!    |ω| A + 3 ω² W are bounds. *Proof.* y'' of [`edge_pair`](crate::edge_pair), Lemma 2, has the
-//!    additional terms n·w'' − 2 ω n·w'^⊥, and its derivative w''', at most 3 |ω| |w''| and at most
-//!    3 ω² |w'|. Its terms in D are bounded by the reach, for which |X| + (|V| + W) T is taken,
-//!    with the time T that is left.
+//!    3 |ω| A + 3 ω² W are bounds. *Proof.* y'' of [`edge_pair`](crate::edge_pair), Lemma 2, has
+//!    the additional terms n·w'' − 2 ω n·w'^⊥, and its derivative w''', at most 3 |ω| |w''| and at
+//!    most 3 ω² |w'|. Its terms in D are bounded by the reach, for which |X| + r + (|V| + W) T is
+//!    taken, with the time T that is left.
 //! 4. **No window.** A driven pair may come back: times at which the bodies are out of reach are
-//!    passed by steps. The step of Lemma 1 of `gap_search` along an edge holds with the bounds
-//!    above for an atom beyond its end.
-//! 5. **Whole bodies.** No part of a body touches before its bounding circle does.
+//!    passed by steps. For an atom beyond the end of an edge, the step of Lemma 1 of `gap_search`
+//!    along the edge holds with the bounds of Lemma 3.
+//! 5. **No landing.** There is no bound on g''' here: a search ends within E of the contact.
+//! 6. **Whole bodies.** No part of a body touches before its bounding circle does.
 //!
 //! With a constant acceleration and a wall that does not turn, the bound on the gap of a disc is
 //! the parabola itself, so that one step leads to the contact.
@@ -114,7 +114,7 @@ fn pairs_of_parts<'a>(a: Outline<'a>, b: Outline<'a>) -> Vec<(PartPair<'a>, Touc
 }
 
 /// A time, not before `begin`, up to which the bodies are certified free by their bounding circles
-/// (Lemma 5); infinite if they do not touch at all.
+/// (Lemma 6); infinite if they do not touch at all.
 fn certified_by_circles<'a, R: Recorder>(
     pair: &impl Fn(PartPair<'a>) -> DrivenPair<'a>,
     [a, b]: [Outline<'a>; 2],
@@ -213,6 +213,10 @@ struct Bending {
     bounds: DriveBounds,
     /// w'', of B relative to A (length per time squared).
     acceleration: DVec2,
+    /// Bound on its rounding.
+    error: f64,
+    /// Bound on the rounding of the orientations (radians).
+    tilt: f64,
 }
 
 impl<'a> DrivenPair<'a> {
@@ -248,6 +252,8 @@ impl<'a> DrivenPair<'a> {
         let bending = Bending {
             bounds: self.drive.bounds(left),
             acceleration: deviation.acceleration,
+            error: deviation.acceleration_error,
+            tilt: motion.orientation_error[0] + motion.orientation_error[1],
         };
         let reach = motion.separation.length() + (flight.speed + bending.bounds.velocity) * left;
         let seen_by = |body: usize| if body == 1 { 1.0 } else { -1.0 };
@@ -267,6 +273,8 @@ impl<'a> DrivenPair<'a> {
             }
             PartPair::Edge(body, circle, edge) | PartPair::Line(body, circle, edge) => {
                 let turn = flight.spin[1 - body];
+                // The atom of a body that does not turn counts from its own centre.
+                let reach = reach + circle.arm;
                 let reach = reach.max(reach_of_pair(flight.spin[*body], circle, edge));
                 let pair = EdgePair::within(&flight, *body, *circle, edge, reach);
                 let pair = match self.parts {
@@ -291,6 +299,7 @@ impl<'a> DrivenPair<'a> {
             }
             PartPair::ConvexEdge(body, shape, offset, edge) => {
                 let turn = flight.spin[1 - body];
+                let reach = reach + offset.length();
                 let pair = SupportEdgePair::within(&flight, *body, shape, *offset, edge, reach);
                 Look::new(&pair, |pose, gap| {
                     let normal = seen_by(*body) * pose.facing.normal;
@@ -342,7 +351,9 @@ impl Bending {
         } = self.bounds;
         let turn = turn.abs();
         let more = acceleration + 2.0 * turn * velocity;
-        let along_normal = normal.dot(self.acceleration) - 16.0 * U * acceleration;
+        // Rounding of the direction of the normal, and of the product.
+        let error = self.error + (64.0 * U + self.tilt) * more;
+        let along_normal = normal.dot(self.acceleration) - error;
         Curvature {
             along_normal: uniform.along_normal + along_normal,
             jerk: uniform.jerk + (jerk + 3.0 * turn * (acceleration + turn * velocity)),

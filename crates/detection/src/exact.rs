@@ -119,6 +119,7 @@ impl Detection for Exact {
         horizon: f64,
     ) -> Answer {
         let [a, b] = bodies;
+        // In its own unit of time, since the drive has another scale.
         if matches!(unit(a, b, motion, horizon), Unit::OutOfRange) {
             return OUT_OF_RANGE;
         }

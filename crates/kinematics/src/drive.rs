@@ -51,6 +51,8 @@ pub struct DriveDeviation {
     pub position_error: f64,
     /// Bound on the rounding of the velocity (length per time).
     pub velocity_error: f64,
+    /// Bound on the rounding of the acceleration (length per time squared).
+    pub acceleration_error: f64,
 }
 
 /// Bounds on a drive from some time on.
@@ -144,6 +146,7 @@ impl Drive {
             acceleration: self.acceleration,
             position_error: 0.0,
             velocity_error: 0.0,
+            acceleration_error: 0.0,
         };
         if self.frequency != 0.0 {
             let [before, now] = [from, from + elapsed].map(|time| self.cos_sin(time));
@@ -157,9 +160,11 @@ impl Drive {
             let rounding = HALF_ULP * (8.0 * angle + 32.0);
             deviation.position_error = rounding * size.length() * (1.0 + turned.abs());
             deviation.velocity_error = rounding * speed.length();
+            deviation.acceleration_error = rounding * (self.frequency.abs() * speed.length());
         }
         deviation.position_error += 4.0 * HALF_ULP * deviation.position.length();
         deviation.velocity_error += 4.0 * HALF_ULP * deviation.velocity.length();
+        deviation.acceleration_error += 4.0 * HALF_ULP * deviation.acceleration.length();
         deviation
     }
 
@@ -192,6 +197,11 @@ impl Drive {
     /// A (length).
     pub fn amplitude(&self) -> DVec2 {
         self.amplitude
+    }
+
+    /// φ at time 0.
+    pub fn phase(&self) -> Orientation {
+        self.phase
     }
 
     /// Ω (radians per time).

@@ -6,9 +6,9 @@
 //! that p = p(n) of the equation of state. At the walls the density of centres is p/kT for smooth
 //! elastic contacts of a gas at equilibrium (contact theorem; Henderson, Blum & Lebowitz 1979).
 //!
-//! p is the mean over both sides of the walls. What a gas on one side gives to them is the net force
-//! per length, f = Σ J / (t l') along the axis across the walls, with their length l'. A floor carries
-//! the weight of what lies on it.
+//! p is the mean over both sides of the walls. What a gas on one side gives to them is the net
+//! force per length, f = Σ J / (t l') along the axis across the walls, with their length l'. A
+//! floor carries the weight of what lies on it.
 //!
 //! Walls may move: impulses do not depend on the frame, and distances are those from the places of
 //! the walls at each sample.
@@ -208,8 +208,9 @@ impl WallPressure {
         ]
     }
 
-    /// Σ J along the axis across the walls, of the impulses J on them (mass × length / time), and the
-    /// time times the length of the walls (time × length): their ratio is the net force per length.
+    /// Σ J along the axis across the walls, of the impulses J on them (mass × length / time), and
+    /// the time times the length of the walls (time × length): their ratio is the net force per
+    /// length.
     pub fn net_momentum(&self) -> [f64; 2] {
         [
             self.net_impulse,

@@ -185,8 +185,14 @@
   }
 
   // The ends of a wall after a time, from its pivot and its motion if it moves.
-  function wallAt([x1, y1, x2, y2, r, px, py, vx, vy, spin], after) {
+  function wallAt(wall, after) {
+    const [x1, y1, x2, y2, r, px, py, vx, vy, spin] = wall;
     if (px === undefined) return [x1, y1, x2, y2, r];
+    if (spin === undefined) {
+      // Amplitude, angular frequency and phase.
+      const moved = Math.sin(vx * after + vy) - Math.sin(vy);
+      return [x1 + px * moved, y1 + py * moved, x2 + px * moved, y2 + py * moved, r];
+    }
     const [cos, sin] = [Math.cos(spin * after), Math.sin(spin * after)];
     const [ox, oy] = [px + vx * after, py + vy * after];
     const end = (x, y) => [ox + cos * (x - px) - sin * (y - py), oy + sin * (x - px) + cos * (y - py)];

@@ -81,7 +81,8 @@ struct Animation {
     /// A body that the page can show enlarged.
     watched: Option<usize>,
     /// Ends of each wall at the start, and half its thickness (length); of a wall that moves also
-    /// its pivot (length), the velocity of that, and the angular velocity.
+    /// its pivot (length), the velocity of that, and the angular velocity; of one that oscillates
+    /// amplitude, angular frequency and phase instead.
     walls: Vec<Vec<f64>>,
     /// For each flight: the body's number as three digits; then time, position and velocity; then,
     /// unless the body is a disc, orientation in turns and angular velocity.
@@ -346,12 +347,19 @@ fn walls(view: &View<'_>, part: Option<&VisibleRegion>) -> Vec<Vec<f64>> {
     let walls = |body: BodyView<'_>| {
         let radius = body.body.molecule().wall_edge().map_or(0.0, Edge::radius);
         let motion = body.motion;
+        let oscillation = view.oscillation(body.body.key());
         body.wall_segments().map(move |[from, to]| {
             let mut numbers = vec![from.x, from.y, to.x, to.y, radius];
             if !motion.is_at_rest() {
                 let (pivot, velocity) = (motion.position, motion.velocity);
                 let spin = motion.angular_velocity;
                 numbers.extend([pivot.x, pivot.y, velocity.x, velocity.y, spin]);
+            }
+            if let Some(drive) = oscillation {
+                let amplitude = drive.amplitude();
+                numbers.truncate(5);
+                numbers.extend([amplitude.x, amplitude.y]);
+                numbers.extend([drive.frequency(), drive.phase().radians()]);
             }
             numbers
         })

@@ -34,6 +34,11 @@
 //! approach: the body follows the wall by chords of length 2 c R. This, too, changes energies by a
 //! relative c² for each time that a body begins to slide.
 //!
+//! **Gravity.** A body that has come to rest on a fixed one falls back on it after 2 u'/g. There
+//! the surfaces separate with at least c √(2 R g), the guard's share of the speed after a fall by
+//! the diameter 2 R: a bed stays barely warm, with bounces to c² of a diameter. Under a gravity
+//! time has a unit of its own, and velocities times a power of two are another scene.
+//!
 //! # Lemmas
 //!
 //! 1. **A collapse ends.** In a finite time there are finitely many contacts. Proof: the contacts
@@ -50,6 +55,7 @@
 
 use carom_kinematics::Motion;
 use carom_response::{ContactFrame, Elasticity, MAX_COEFFICIENT, approach_speed};
+use glam::DVec2;
 
 use crate::world::body::Body;
 
@@ -76,13 +82,15 @@ impl Guard {
         elasticity: Elasticity,
         frame: &ContactFrame,
         [a, b]: [Partner<'_>; 2],
+        gravity: DVec2,
     ) -> Option<Elasticity> {
         let approach = approach_speed(frame, [a.motion, b.motion]);
         let radii = [&a, &b].map(|partner| partner.body.kind.molecule.bounding_radius());
         let rims =
             a.motion.angular_velocity.abs() * radii[0] + b.motion.angular_velocity.abs() * radii[1];
         let speed = (b.motion.velocity - a.motion.velocity).length() + rims;
-        let way = self.contact_time * (2.0 * size(a.body).min(size(b.body)));
+        let diameter = 2.0 * size(a.body).min(size(b.body));
+        let way = self.contact_time * diameter;
         // 0 × ∞ is NaN, and the comparison is then false.
         let soon = |partner: &Partner<'_>| partner.body.is_fixed() || partner.since * speed < way;
         let turns = |partner: &Partner<'_>| {
@@ -93,8 +101,19 @@ impl Guard {
         if approach <= 0.0 {
             return None;
         }
-        let bounces = self.contact_time * speed / approach;
-        let follows = follows_concave_wall(frame, [&a, &b]);
+        let mut bounces = self.contact_time * speed / approach;
+        let mut follows = follows_concave_wall(frame, [&a, &b]);
+        if gravity != DVec2::ZERO && (a.body.is_fixed() || b.body.is_fixed()) {
+            let of_fall = self.contact_time * (diameter * gravity.length()).sqrt();
+            let least = of_fall / approach;
+            let of_turn = if turns(&a) || turns(&b) {
+                bounces.min(1.0)
+            } else {
+                0.0
+            };
+            bounces = of_turn.max(least);
+            follows = true;
+        }
         if soon(&a) && soon(&b) {
             let raised = if follows {
                 bounces.clamp(1.0, MAX_COEFFICIENT)

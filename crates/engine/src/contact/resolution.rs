@@ -163,7 +163,8 @@ impl<R: Response> Rules<'_, R> {
                 since: self.world.clock.duration(time) - self.world.clock.duration(last[n]),
             };
             let guard = self.elasticity.guard;
-            let raised = guard.raise(of_table, &frame, [partner(0), partner(1)]);
+            let pair = [partner(0), partner(1)];
+            let raised = guard.raise(of_table, &frame, pair, self.world.gravity);
             elasticity = raised.unwrap_or(of_table);
         }
         let inertias = pair.map(|body| &body.kind.inertia);

@@ -81,11 +81,16 @@ fn meeting_of_pair(world: &World, pair: [usize; 2], horizon: f64) -> Option<f64>
     if drives[0].is_some() && drives[0] == drives[1] {
         return None;
     }
-    let speed = [(a, drives[0]), (b, drives[1])].map(|((body, motion), drive)| match drive {
+    let pair_of_body = [(a, drives[0]), (b, drives[1])];
+    let speed = pair_of_body.map(|((body, motion), drive)| match drive {
         None => wall_speed(body, motion),
-        Some(drive) => drive.top_speed(horizon),
+        Some(drive) => drive.top_speed(0.0),
     });
-    let way = (speed[0] + speed[1]) * horizon;
+    let ways = [0, 1].map(|side| match drives[side] {
+        None => speed[side] * horizon,
+        Some(drive) => drive.longest_way(horizon, 0.0),
+    });
+    let way = ways[0] + ways[1];
     let radii = a.0.molecule().bounding_radius() + b.0.molecule().bounding_radius();
     let separation = b.1.position - a.1.position;
     let sides = world.bounds.sides();
@@ -109,6 +114,9 @@ fn meeting_of_pair(world: &World, pair: [usize; 2], horizon: f64) -> Option<f64>
             };
             let gap = pair.gap(0.0);
             if gap <= pair.rounding {
+                if pair.comes_back() {
+                    return Some(0.0);
+                }
                 // They slide along each other, also where one is longer than the box and meets the
                 // other in several images, or leave each other.
                 return None;
@@ -270,6 +278,35 @@ impl FixedPair<'_> {
         molecule.is_wall() && molecule.atoms().is_empty()
     }
 
+    /// The normal of two parallel walls across the box.
+    fn normal_of_parallels(&self) -> Option<DVec2> {
+        if !(self.is_across(0) && self.is_across(1)) {
+            return None;
+        }
+        let placed = [0, 1].map(|side| StandingWall::new(self.bodies[side], self.motions[side]));
+        let spans = placed.map(|wall| {
+            let [from, to] = wall.map_or([DVec2::ZERO; 2], |wall| wall.ends());
+            to - from
+        });
+        (spans[0].perp_dot(spans[1]) == 0.0).then(|| spans[0].perp().normalize_or_zero())
+    }
+
+    /// A bound on the relative speed along a direction (length per time).
+    fn top_speed_along(&self, normal: DVec2) -> f64 {
+        let speed = |side: usize| match self.drives[side] {
+            None => self.motions[side].velocity.dot(normal).abs(),
+            Some(drive) => drive.amplitude().dot(normal).abs() * drive.frequency(),
+        };
+        speed(0) + speed(1)
+    }
+
+    /// Whether two parallel walls across the box that touch now oscillate towards each other later.
+    fn comes_back(&self) -> bool {
+        let is_driven = self.drives != [None; 2];
+        let normal = self.normal_of_parallels().filter(|_| is_driven);
+        normal.is_some_and(|normal| self.top_speed_along(normal) > 0.0)
+    }
+
     fn motions_at(&self, time: f64) -> [Motion; 2] {
         [0, 1].map(|side| match self.drives[side] {
             None => self.motions[side].at(time),
@@ -281,14 +318,19 @@ impl FixedPair<'_> {
     /// in which they cannot meet at their top speed.
     fn driven_meeting(&self, horizon: f64) -> Option<f64> {
         let mut time = 0.0;
+        let top_speed = match self.normal_of_parallels() {
+            // Along each other they may go on for ever.
+            Some(normal) => self.top_speed_along(normal),
+            None => self.top_speed,
+        };
         for _ in 0..MAX_DRIVEN_STEPS {
             let gap = self.gap(time);
             if gap <= MARGIN * self.rounding {
                 return Some(time);
             }
             // Half of the margin is left, so that they are still apart where the search ends.
-            time += (gap - 0.5 * MARGIN * self.rounding) / self.top_speed;
-            if time > horizon {
+            time += (gap - 0.5 * MARGIN * self.rounding) / top_speed;
+            if time > horizon || time.is_nan() {
                 return None;
             }
         }

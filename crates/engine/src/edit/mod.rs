@@ -125,8 +125,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// The ledger books its work ([`Ledger::fallen`](crate::Ledger::fallen)).
     ///
     /// # Errors
-    /// [`EditError::Scene`] if a component is not finite or above 10⁶⁰ in magnitude, with drag,
-    /// with curved walls, or if no wall across the box stops bodies that fall.
+    /// [`EditError::Scene`] if a component is neither 0 nor from 10⁻⁶⁰ to 10⁶⁰ in magnitude, with
+    /// drag, with curved walls, or if no wall across the box stops bodies that fall.
     #[doc(alias = "field")]
     pub fn set_gravity(&mut self, gravity: [f64; 2]) -> Result<(), EditError> {
         self.edit(|batch| batch.set_gravity(gravity))

@@ -336,18 +336,24 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 })
             })
         };
+        let is_canonical = checkpoint.oscillations.len() <= world.bodies.len()
+            && (checkpoint.oscillations.is_empty()
+                || checkpoint.oscillations.iter().any(Option::is_some));
+        if !is_canonical {
+            return Err(CheckpointError::Oscillation(checkpoint.oscillations.len()));
+        }
         let mut oscillations = checkpoint.oscillations.iter().enumerate();
         if let Some(wrong) = oscillations.position(|oscillation| !is_valid(oscillation)) {
             return Err(CheckpointError::Oscillation(wrong));
         }
         world.oscillations.clone_from(&checkpoint.oscillations);
         world.gravity = gravity_of("gravity", checkpoint.gravity.to_array())?;
-        refuse_gravity(&world)?;
         let mut names = checkpoint.names.clone();
         world.pairs = PairTable::new(&checkpoint.transparent, &checkpoint.diameter, &mut names)?;
         let mut elasticity =
             ElasticityTable::new(&checkpoint.elasticity.clone().into(), &mut names)?;
         elasticity.classify(&mut world, &response)?;
+        refuse_gravity(&world)?;
         let checked = refuse_unresolved(&world, &elasticity);
         checked
             .and_then(|()| refuse_unsearched(&world, &detection))
@@ -369,7 +375,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         world.axes.clone_from(&checkpoint.axes);
         let is_of_wall = |table: &WallTable| {
             let wall = world.index(table.key);
-            table.is_valid() && wall.is_some_and(|wall| world.bodies[wall].is_wall())
+            let is_free_wall =
+                |wall: usize| world.bodies[wall].is_wall() && world.oscillation(wall).is_none();
+            table.is_valid() && wall.is_some_and(is_free_wall)
         };
         if let Some(wrong) = checkpoint
             .wall_tables

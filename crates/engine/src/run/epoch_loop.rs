@@ -346,7 +346,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         let places = ContactPlaces {
             bodies,
             time,
-            places: [before[0].position, before[1].position],
+            places: [0, 1].map(|n| self.world.falling(bodies[n], &before[n]).position),
         };
         self.limits
             .accept(self.world, self.names, places, velocities, spin)?;

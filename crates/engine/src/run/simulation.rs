@@ -468,7 +468,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 
     /// Books the work of gravity in the epoch that ends now.
     pub(crate) fn book_fall(&mut self) {
-        if self.world.falls() && matches!(self.epoch, Epoch::Running(_)) {
+        if self.world.falls() && self.offset != 0.0 {
             let sum = self.world.sum_of_falls(self.offset);
             self.ledger.book_fall(sum);
         }
@@ -520,9 +520,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let longest_driven = self.world.longest_driven_epoch();
         if self.world.falls() {
             // The frame that falls gets that fast.
-            let fallen = longest_driven * self.world.gravity.length();
-            fastest_squared = (fastest_squared.sqrt() + fallen).powi(2);
+            let fastest = fastest_squared.sqrt() + longest_driven * self.world.gravity.length();
+            fastest_squared = fastest * fastest;
         }
+        // A wall near its turning point gets faster.
+        let of_walls = self.world.fastest_oscillation();
+        fastest_squared = fastest_squared.max(of_walls * of_walls);
         let mut limits = Limits::new(
             &self.world,
             separation_error,
@@ -530,13 +533,13 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             fastest_spin,
             contacts,
         );
+        limits.end_by(longest_driven);
         if self.world.moving_walls().next().is_some() {
             self.refuse_squeezed()?;
             limits.end_by(longest_sweep(&self.world));
             limits.end_by(self.meeting_of_walls(limits.time())?);
         }
         limits.end_by(self.world.next_change_of_walls());
-        limits.end_by(longest_driven);
         if self.world.falls() {
             self.ledger.restart_fall(self.world.sum_of_falls(0.0));
         }

@@ -1,12 +1,12 @@
 //! The acceleration of all free bodies by gravity.
 
-use carom_geometry::MAX_MAGNITUDE;
+use carom_geometry::{MAX_MAGNITUDE, MIN_MAGNITUDE};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use crate::{
     scene::{StageSpec, error::SceneError, two_numbers::vector},
-    world::World,
+    world::{World, body::Body},
 };
 
 /// A uniform gravity. Free bodies fall on parabolas; a wall across the box must stop them.
@@ -40,7 +40,8 @@ use crate::{
 #[serde(deny_unknown_fields, default)]
 #[doc(alias = "field")]
 pub struct GravitySpec {
-    /// Acceleration of all free bodies (length per time squared). Default: 0.
+    /// Acceleration of all free bodies (length per time squared): each component is 0, or from
+    /// 10⁻⁶⁰ to 10⁶⁰ in magnitude. Default: 0.
     #[cfg_attr(feature = "schema", schemars(inner(range(min = -MAX_MAGNITUDE, max = MAX_MAGNITUDE))))]
     #[serde(deserialize_with = "vector")]
     pub acceleration: [f64; 2],
@@ -58,7 +59,8 @@ impl StageSpec {
     /// change it. `entry` names the stage in errors.
     ///
     /// # Errors
-    /// [`SceneError::Entry`] if a number is not finite, or above 10⁶⁰ in magnitude.
+    /// [`SceneError::Entry`] if a number is not finite, or neither 0 nor from 10⁻⁶⁰ to 10⁶⁰ in
+    /// magnitude.
     pub fn gravity(&self, entry: &str) -> Result<Option<DVec2>, SceneError> {
         self.gravity
             .map(|gravity| gravity_of(&format!("{entry}.gravity"), gravity))
@@ -66,10 +68,10 @@ impl StageSpec {
     }
 }
 
-/// A gravity whose components are at most 10⁶⁰ in magnitude.
+/// A gravity whose components are 0, or from 10⁻⁶⁰ to 10⁶⁰ in magnitude.
 pub(crate) fn gravity_of(entry: &str, gravity: [f64; 2]) -> Result<DVec2, SceneError> {
     let is_allowed = |number: &f64| {
-        number.abs() <= MAX_MAGNITUDE && (*number == 0.0 || number.abs() >= 1.0 / MAX_MAGNITUDE)
+        number.abs() <= MAX_MAGNITUDE && (*number == 0.0 || number.abs() >= MIN_MAGNITUDE)
     };
     if gravity.iter().all(is_allowed) {
         return Ok(DVec2::from(gravity) + 0.0);
@@ -77,9 +79,8 @@ pub(crate) fn gravity_of(entry: &str, gravity: [f64; 2]) -> Result<DVec2, SceneE
     Err(SceneError::Entry {
         entry: entry.to_owned(),
         problem: format!(
-            "the components of gravity must be 0 or from {:e} to {MAX_MAGNITUDE:e} in magnitude (length/time²), but are \
-             {gravity:?}",
-            1.0 / MAX_MAGNITUDE
+            "the components of gravity must be 0 or from {MIN_MAGNITUDE:e} to {MAX_MAGNITUDE:e} in magnitude (length/time²), but are \
+             {gravity:?}"
         ),
     })
 }
@@ -113,6 +114,13 @@ pub(crate) fn refuse_gravity(world: &World) -> Result<(), SceneError> {
             "curved walls are not searched for bodies that fall yet: use straight walls".to_owned(),
         );
     }
+    let is_fixed_disc = |body: &Body| body.is_fixed() && body.molecule().is_disc();
+    if world.pairs.has_diameters() && world.bodies.iter().any(is_fixed_disc) {
+        return problem(
+            "rules of diameters do not apply to fixed discs where bodies fall yet: leave out the discs or the rules"
+                .to_owned(),
+        );
+    }
     let across = walls().filter(|(body, _)| body.molecule().atoms().is_empty());
     // The walls across the box are never turned.
     let stops = |axis: DVec2| {
@@ -128,5 +136,30 @@ pub(crate) fn refuse_gravity(world: &World) -> Result<(), SceneError> {
             ));
         }
     }
+    let falls_for_ever = |index: usize| {
+        !world.bodies[index].is_fixed()
+            && [DVec2::X, DVec2::Y]
+                .iter()
+                .any(|&axis| world.gravity.dot(axis) != 0.0 && !is_stopped(world, index, axis))
+    };
+    if world.pairs.is_active()
+        && let Some(index) = (0..world.bodies.len()).find(|&index| falls_for_ever(index))
+    {
+        return problem(format!(
+            "body {index} would fall for ever, because it does not see the walls across the box in its way: change \
+             `transparent`"
+        ));
+    }
     Ok(())
+}
+
+/// Whether a wall across the box that a body sees stops its fall along an axis.
+fn is_stopped(world: &World, index: usize, axis: DVec2) -> bool {
+    world.bodies.iter().enumerate().any(|(wall, body)| {
+        let edge = body.molecule().wall_edge();
+        let is_across = body.molecule().atoms().is_empty();
+        is_across
+            && edge.is_some_and(|edge| edge.along().perp_dot(axis) != 0.0)
+            && world.pair_factor([index as u32, wall as u32]) > 0.0
+    })
 }

@@ -9,7 +9,7 @@
 //! velocity v + g τ. Contacts are resolved in the laboratory, where walls at rest do no work.
 
 use carom_geometry::MAX_MAGNITUDE;
-use carom_kinematics::{Drive, Motion, RelativeMotion};
+use carom_kinematics::{Drive, DriveDeviation, Motion, RelativeMotion};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +17,7 @@ use crate::world::{World, heat::exact_sum};
 
 /// The largest change of the phase of an oscillation in an epoch (radians). Smaller: more epochs.
 /// Larger: the rounding of places grows in proportion.
-const MAX_PHASE: f64 = 64.0;
+const MAX_PHASE: f64 = 8.0;
 
 /// The longest way that the falling frame falls in an epoch, in shorter sides of the box. Smaller:
 /// more epochs. Larger: walls are listed in more cells, and places have more rounding.
@@ -45,7 +45,11 @@ impl Oscillation {
         let boxes = (motion.position - (self.centre + displacement)) / sides;
         let is_there = (boxes - boxes.round()).abs().max_element() <= SAME_PLACE;
         let size = amplitude.length();
+        let oscillation = Drive::oscillation(amplitude, drive.frequency(), drive.phase());
         drive.is_finite()
+            && *drive == oscillation
+            && drive.phase().turns().abs() <= 0.5
+            && motion.angular_velocity == 0.0
             && self.centre.is_finite()
             && drive.frequency() > 0.0
             && (size > 0.0 && size < sides.min_element())
@@ -118,12 +122,7 @@ impl World {
         } else {
             self.oscillation(body).unwrap_or_default()
         };
-        let (there, deviation) = (motion.at(time), drive.deviation(0.0, time));
-        Motion {
-            position: there.position + deviation.position,
-            velocity: there.velocity + deviation.velocity,
-            ..there
-        }
+        drive.applied(motion, time)
     }
 
     /// The motion in the falling frame of a body with this one in the laboratory, which begins now.
@@ -131,12 +130,24 @@ impl World {
         if !self.falls() || self.bodies[body as usize].is_fixed() {
             return *motion;
         }
-        let time = motion.time;
+        let fallen = self.fallen_frame(motion.time);
         Motion {
-            position: motion.position - (0.5 * time * time) * self.gravity,
-            velocity: motion.velocity - time * self.gravity,
+            position: motion.position - fallen.position,
+            velocity: motion.velocity - fallen.velocity,
             ..*motion
         }
+    }
+
+    /// Place and velocity of the falling frame at a time (offset in the epoch).
+    pub(crate) fn fallen_frame(&self, time: f64) -> DriveDeviation {
+        Drive::acceleration(self.gravity).deviation(0.0, time)
+    }
+
+    /// The highest speed of a wall that oscillates (length per time).
+    pub(crate) fn fastest_oscillation(&self) -> f64 {
+        let oscillations = self.oscillations.iter().flatten();
+        let speeds = oscillations.map(|oscillation| oscillation.drive.top_speed(0.0));
+        speeds.fold(0.0, f64::max)
     }
 
     /// Σ m g·x over all free bodies at a time (offset in the epoch), with their positions x without
@@ -181,8 +192,9 @@ impl World {
             .fold((fall / self.gravity.length()).sqrt(), f64::min)
     }
 
-    /// Sets or ends the oscillation of a wall (index in the order of [`Self::bodies`]) about a
-    /// place (length). Its motion becomes that of the oscillation.
+    /// Sets or ends the oscillation of a wall (index in the order of [`Self::bodies`]), which is at
+    /// the place of the oscillation now, in any image. Its velocity becomes that of the
+    /// oscillation.
     pub(crate) fn set_oscillation(&mut self, wall: usize, oscillation: Option<Oscillation>) {
         if self.oscillations.len() <= wall && oscillation.is_some() {
             self.oscillations.resize(self.bodies.len(), None);
@@ -193,10 +205,8 @@ impl World {
         if self.oscillations.iter().all(Option::is_none) {
             self.oscillations.clear();
         }
-        if let Some(Oscillation { drive, centre }) = oscillation {
-            let [displacement, velocity] = drive.oscillation_now();
-            let motion = &mut self.motions[wall];
-            (motion.position, motion.velocity) = (centre + displacement, velocity);
+        if let Some(Oscillation { drive, .. }) = oscillation {
+            self.motions[wall].velocity = drive.oscillation_now()[1];
         }
     }
 

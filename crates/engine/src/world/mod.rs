@@ -21,7 +21,7 @@ pub(crate) mod wrapped;
 use std::{collections::BTreeMap, sync::Arc};
 
 use carom_geometry::PeriodicBox;
-use carom_kinematics::{DragClock, Drive, EpochTime, Motion, Orientation, kinetic_energy};
+use carom_kinematics::{DragClock, EpochTime, Motion, Orientation, kinetic_energy};
 use glam::DVec2;
 
 use crate::world::{
@@ -322,6 +322,7 @@ impl World {
             + self.windings.capacity() * size_of::<[i64; 2]>()
             + self.last_contacts.capacity() * size_of::<f64>()
             + self.axes.capacity() * size_of::<Option<Orientation>>()
+            + self.oscillations.capacity() * size_of::<Option<Oscillation>>()
     }
 
     pub(crate) fn insert(&mut self, kind: BodyKind, motion: Motion) -> BodyKey {
@@ -419,7 +420,7 @@ impl World {
     pub(crate) fn rebase(&mut self, offset: f64) {
         let slowing = self.clock.slowing(offset);
         let falls = self.falls();
-        let fallen = Drive::acceleration(self.gravity).deviation(0.0, offset);
+        let fallen = self.fallen_frame(offset);
         for body in 0..self.oscillations.len() {
             if let Some(motion) = self.restart_oscillation(body, offset) {
                 self.motions[body] = motion;

@@ -1,7 +1,7 @@
 //! A read-only view of all bodies at one time.
 
 use carom_geometry::PeriodicBox;
-use carom_kinematics::{EpochTime, Motion, Orientation, kinetic_energy, momentum};
+use carom_kinematics::{Drive, EpochTime, Motion, Orientation, kinetic_energy, momentum};
 use glam::DVec2;
 
 use crate::world::{
@@ -119,6 +119,12 @@ impl<'a> View<'a> {
     /// The drag γ of all bodies (1/time); 0 if there is none.
     pub fn drag(&self) -> f64 {
         self.world.clock.drag()
+    }
+
+    /// The oscillation of a wall, whose time 0 is that of the view; `None` for other bodies.
+    pub fn oscillation(&self, key: BodyKey) -> Option<Drive> {
+        let drive = self.world.oscillation(self.world.index(key)?)?;
+        Some(drive.restarted(self.offset))
     }
 
     /// The acceleration of all free bodies by gravity (length per time squared).

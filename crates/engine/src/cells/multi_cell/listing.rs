@@ -96,7 +96,12 @@ impl CellState {
         let fastest = drive.map_or(0.0, |drive| drive.top_speed(self.limit));
         let until = now + SPAN * side / (wall_speed(body, motion) + fastest);
         let until = until.max(now.next_up());
-        let (middle, way) = place_during(body, motion, drive, [now, until]);
+        // A drive is bounded by what it does in this epoch.
+        let end = match drive {
+            Some(_) => until.min(self.limit).max(now),
+            None => until,
+        };
+        let (middle, way) = place_during(body, motion, drive, [now, end]);
         multi_cell_body.wall = StandingWall::new(body, &middle);
         // Not wrapped into the box, like the motion.
         multi_cell_body.centre = middle.position;
