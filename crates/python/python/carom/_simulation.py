@@ -968,7 +968,7 @@ class Simulation:
         """
         self._core.set_drag(number("drag", drag))
 
-    def set_gravity(self, gravity: Sequence[float]) -> None:
+    def set_gravity(self, gravity: ArrayLike) -> None:
         """Changes the gravity: from now on all free bodies have this acceleration.
 
         Parameters
@@ -986,7 +986,10 @@ class Simulation:
         >>> round(float(sim.positions[0, 1]), 12)
         0.25
         """
-        self._core.set_gravity(numbers("gravity", gravity, 2))
+        pair = array("gravity", gravity)
+        if pair.shape != (2,):
+            raise ValueError(f"`gravity` must be two numbers [x, y], but is {pair.tolist()!r:.60}")
+        self._core.set_gravity(pair.tolist())
 
     def lock(self, which: Which = None) -> None:
         """Locks the present orientation of bodies; they stop turning.
