@@ -347,3 +347,16 @@ fn ties_are_in_the_order_of_the_bodies() {
     assert!(at(1.0, [0, 8]).in_order(&at(1.0, [1, 2])).is_lt());
     assert!(at(1.0, [0, 3]).in_order(&at(1.0, [0, 2])).is_gt());
 }
+
+#[test]
+fn a_scheduler_that_does_not_run_driven_bodies_is_refused_with_them() {
+    for text in [
+        "[gravity]\nacceleration = [0.0, -1.0]\n[[wall]]\ny = 0.0",
+        "[[wall]]\ny = 0.0\nmotion = { amplitude = [0.0, 0.1], frequency = 1.0 }",
+    ] {
+        let scene = Scene::from_toml(text).unwrap();
+        let refused = Simulation::<_, _, AllPairs>::with(&scene, Exact::default(), Impact, ());
+        let words = refused.map(|_| ()).unwrap_err().to_string();
+        assert!(words.contains("this scheduler runs neither"), "{words}");
+    }
+}

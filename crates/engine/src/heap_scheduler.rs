@@ -122,6 +122,7 @@ impl Scheduler for HeapScheduler {
 
     // Larger: stale events outnumber the others in the heap.
     const CONTACTS_PER_EPOCH: u64 = 8;
+    const RUNS_DRIVEN_BODIES: bool = true;
 
     fn new(cells_per_side: &CellsPerSide, world: &World) -> Result<Self, GridError> {
         Ok(Self {

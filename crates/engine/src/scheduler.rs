@@ -28,7 +28,10 @@
 //!
 //! The motion of a wall may have a velocity, and that of one with end points an angular velocity.
 //! Contacts do not change it. [`StandingWall::during`] gives the cells of a wall for a span of
-//! time.
+//! time. A wall may oscillate, and with a gravity all fixed bodies are accelerated, in a frame that
+//! falls with the free ones: [`World::relative_drive`] gives what a pair then does beside its
+//! [`World::relative_motion`]. A scheduler that takes this into account sets
+//! [`Scheduler::RUNS_DRIVEN_BODIES`].
 //!
 //! ```
 //! use carom_engine::{Scene, Simulation, scheduler::StandingWall};
@@ -239,11 +242,26 @@ pub trait Scheduler: Sized {
     /// so does the number of entries that accumulate in the queue.
     const CONTACTS_PER_EPOCH: u64;
 
+    /// Whether it takes the drives of fixed bodies into account ([`World::relative_drive`]).
+    /// Default: false, and scenes with a gravity or walls that oscillate are refused.
+    const RUNS_DRIVEN_BODIES: bool = false;
+
     /// Creates a scheduler for this world, without an epoch.
     ///
     /// # Errors
     /// [`GridError`] if the options do not fit the bodies.
     fn new(options: &Self::Options, world: &World) -> Result<Self, GridError>;
+
+    /// Creates a scheduler like [`Self::new`], unless bodies are driven and it does not run them.
+    ///
+    /// # Errors
+    /// Those of [`Self::new`], and [`GridError::DrivenBodies`].
+    fn checked(options: &Self::Options, world: &World) -> Result<Self, GridError> {
+        if world.is_driven() && !Self::RUNS_DRIVEN_BODIES {
+            return Err(GridError::DrivenBodies);
+        }
+        Self::new(options, world)
+    }
 
     /// Begins an epoch of at most `limit` (time): reads the motions, and predicts all events from
     /// the state of the world alone.

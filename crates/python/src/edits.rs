@@ -137,6 +137,22 @@ pub fn add_wall(simulation: &mut AnySimulation, text: &str) -> Result<u64, EditE
         .and_then(id_of)
 }
 
+/// Gives walls the motion of the wall that the text of a scene describes.
+///
+/// # Errors
+/// It is refused.
+pub fn move_walls(
+    simulation: &mut AnySimulation,
+    ids: &[u64],
+    text: &str,
+) -> Result<(), EditError> {
+    let motion = wall(text)?.motion.unwrap_or_default();
+    simulation.edit(|batch| {
+        let mut keys = ids.iter().map(|&id| BodyKey::of_id(id));
+        keys.try_for_each(|key| batch.move_wall(key, &motion))
+    })
+}
+
 fn id_of(key: BodyKey) -> Result<u64, EditError> {
     Ok(key.id())
 }

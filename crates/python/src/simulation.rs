@@ -66,7 +66,7 @@ impl From<Parameter> for MeasureParameter {
 }
 
 /// Energy, momentum, temperature, collisions, and energy lost, put in and given as heat.
-type Totals = (f64, [f64; 2], Option<f64>, u64, [f64; 3]);
+type Totals = (f64, [f64; 2], Option<f64>, u64, [f64; 7]);
 
 /// Marks a run in progress until it is dropped.
 struct Running<'a>(&'a AtomicBool);
@@ -262,7 +262,15 @@ impl Core {
         let state = self.lock()?;
         let view = state.simulation.view();
         let ledger = view.ledger();
-        let booked = [ledger.lost, ledger.put_in, ledger.heat];
+        let booked = [
+            ledger.initial,
+            ledger.lost,
+            ledger.put_in,
+            ledger.heat,
+            ledger.work,
+            ledger.fallen,
+            ledger.dragged,
+        ];
         Ok((
             view.energy(),
             view.momentum().to_array(),
@@ -557,6 +565,16 @@ impl Core {
             state.scene.bounds.drag = drag;
             Ok(())
         })
+    }
+
+    fn move_walls(
+        &self,
+        py: Python<'_>,
+        ids: PyReadonlyArray1<'_, u64>,
+        text: &str,
+    ) -> PyResult<()> {
+        let ids = ids.as_slice()?;
+        self.edit(py, |state| edits::move_walls(&mut state.simulation, ids, text))
     }
 
     fn set_gravity(&self, py: Python<'_>, gravity: [f64; 2]) -> PyResult<()> {

@@ -308,6 +308,7 @@ impl Scheduler for CellScheduler {
     type Options = Instructions;
 
     const CONTACTS_PER_EPOCH: u64 = 64;
+    const RUNS_DRIVEN_BODIES: bool = true;
 
     fn new(instructions: &Instructions, world: &World) -> Result<Self, GridError> {
         // Also rejects a box in which a molecule can touch its own image.

@@ -594,7 +594,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if let Some(offset) = offset {
             world.rebase(offset);
         }
-        let scheduler = S::new(&self.scheduler_options, &world).map_err(|reason| {
+        let scheduler = S::checked(&self.scheduler_options, &world).map_err(|reason| {
             reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
         })?;
         self.ledger.put_in += exact_sum(

@@ -267,7 +267,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// [`EditError::Scene`] if the options do not fit the bodies; then the old options remain.
     #[doc(alias = "fineness")]
     pub fn set_scheduler_options(&mut self, options: &S::Options) -> Result<(), EditError> {
-        let scheduler = S::new(options, &self.world)
+        let scheduler = S::checked(options, &self.world)
             .map_err(|reason| reason.named(|body| self.name(body).to_string()))?;
         self.end_epoch(self.offset);
         self.work_before = self.counters.scheduler;

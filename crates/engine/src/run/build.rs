@@ -113,7 +113,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         refuse_gravity(&world)?;
         world.random_key = [scene.bounds.seed, scene.bounds.replica];
         world.shrink();
-        let scheduler = S::new(&options, &world)
+        let scheduler = S::checked(&options, &world)
             .map_err(|reason| reason.named(|body| singles.entry_of(body, &counts)))?;
         Ok(Self::assemble(
             world,

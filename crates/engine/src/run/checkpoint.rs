@@ -394,7 +394,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 value,
             });
         }
-        let scheduler = S::new(&options, &world).map_err(|reason| {
+        let scheduler = S::checked(&options, &world).map_err(|reason| {
             reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
         })?;
         Ok(Self {

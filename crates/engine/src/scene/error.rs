@@ -235,6 +235,9 @@ pub enum GridError {
     /// A wall that turns, and a detector that does not search such walls.
     #[error("this detector does not search walls that turn; use method.detector = \"exact\"")]
     TurningWall(usize),
+    /// Driven bodies, and a scheduler that does not run them.
+    #[error("this scheduler runs neither walls that oscillate nor bodies that fall")]
+    DrivenBodies,
     /// A gravity, and a detector that does not search bodies that fall.
     #[error("this detector does not search bodies that fall; use method.detector = \"exact\"")]
     Falling,
@@ -285,6 +288,7 @@ impl GridError {
             | Self::TurningWall(body) => name(body),
             Self::CellsPerSide(_) => "the grid".to_owned(),
             Self::Falling => "gravity".to_owned(),
+            Self::DrivenBodies => "the scheduler".to_owned(),
         };
         SceneError::Grid {
             entry,

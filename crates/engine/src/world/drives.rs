@@ -72,10 +72,10 @@ impl World {
         self.gravity != DVec2::ZERO
     }
 
-    /// What a body does beside uniform motion in the falling frame, from the start of the epoch on;
-    /// `None` for most. The body is an index in the order of [`Self::bodies`].
+    /// The drive of a body: what it does beside uniform motion in the falling frame, from the start
+    /// of the epoch on; `None` for most. The body is an index in the order of [`Self::bodies`].
     #[inline]
-    pub(crate) fn drive(&self, body: usize) -> Option<Drive> {
+    pub fn drive(&self, body: usize) -> Option<Drive> {
         if !self.is_driven() {
             return None;
         }
@@ -92,10 +92,10 @@ impl World {
         Some(oscillation.drive)
     }
 
-    /// What the second of two bodies does relative to the first beside uniform motion; `None` if
-    /// both are fixed or both free.
+    /// The drive of the second of two bodies relative to the first, from the start of the epoch on;
+    /// `None` if the relative motion is uniform. Of two fixed bodies that of one.
     #[inline]
-    pub(crate) fn relative_drive(&self, bodies: [u32; 2]) -> Option<Drive> {
+    pub fn relative_drive(&self, bodies: [u32; 2]) -> Option<Drive> {
         if !self.is_driven() {
             return None;
         }
@@ -167,7 +167,7 @@ impl World {
     /// The relative motion at a time (offset in the epoch) of two bodies with these motions in the
     /// falling frame, of which the second is seen in an image (boxes).
     #[inline]
-    pub(crate) fn relative_motion(
+    pub fn relative_motion(
         &self,
         bodies: [u32; 2],
         motions: [&Motion; 2],

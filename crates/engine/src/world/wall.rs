@@ -57,6 +57,19 @@ impl StandingWall {
         })
     }
 
+    /// The wall in the middle of a span of time (offsets in the epoch), and the distance (length)
+    /// that no point of it exceeds from its place there during the span; `None` if the body is no
+    /// wall. `drive` is that of the wall ([`World::drive`]).
+    pub fn during(
+        body: &Body,
+        motion: &Motion,
+        drive: Option<&Drive>,
+        span: [f64; 2],
+    ) -> Option<(Self, f64)> {
+        let (middle, way) = place_during(body, motion, drive, span);
+        Some((Self::new(body, &middle)?, way))
+    }
+
     /// Its middle (length).
     pub(crate) fn middle(&self) -> DVec2 {
         self.centre

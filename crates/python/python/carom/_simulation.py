@@ -401,6 +401,21 @@ class Simulation:
         return self._core.totals()[0]
 
     @property
+    def booked_energy(self) -> dict[str, float]:
+        """The kinetic energy by its sources (mass · length² / time²): ``initial`` − ``lost`` in contacts
+        + ``put_in`` by edits + ``heat`` and ``work`` of walls + ``fallen``, the work of gravity, −
+        ``dragged``.
+
+        Examples
+        --------
+        >>> booked = sim.booked_energy
+        >>> round(booked["initial"] - booked["lost"] + booked["put_in"], 9)
+        100.0
+        """
+        names = ("initial", "lost", "put_in", "heat", "work", "fallen", "dragged")
+        return dict(zip(names, self._core.totals()[4]))
+
+    @property
     def momentum(self) -> Floats:
         """Total momentum (mass · length / time), shape (2,).
 
@@ -758,7 +773,8 @@ class Simulation:
             kT of a wall from which bodies leave with random velocities (mass · length² / time²).
         motion : mapping, optional
             Motion of the wall: ``velocity`` (length / time), ``turn`` (radians / time) and
-            ``about``, the pivot (length). At rest by default.
+            ``about``, the pivot (length); or ``amplitude`` (length), ``frequency`` (radians / time)
+            and ``phase`` (radians); or ``times`` and ``places``. At rest by default.
         tags : str or sequence of str
             Tags.
 
@@ -788,6 +804,38 @@ class Simulation:
                 raise ValueError(f"`ends` must be two points [x, y], but is {points.tolist()!r:.60}")
             entry["from"], entry["to"] = points.tolist()
         return self._core.add_wall(_carom.scene_of({"wall": [entry]}))
+
+    def move_wall(self, which: Which, motion: Mapping[str, Any] | None = None) -> None:
+        """Replaces the motion of walls from now on.
+
+        Parameters
+        ----------
+        which : str or array_like of int or bool
+            A tag, numbers of walls (see :attr:`ids`), or a mask of all bodies.
+        motion : mapping, optional
+            As that of :meth:`add_wall`. At rest by default.
+
+        Raises
+        ------
+        EditError
+            A body is no wall, or the motion is out of range; nothing has changed.
+
+        Examples
+        --------
+        >>> import carom
+        >>> sim = carom.Simulation({"wall": [{"x": 0.25, "tags": ["piston"]}]})
+        >>> sim.move_wall("piston", {"amplitude": [0.125, 0], "frequency": 2})
+        >>> sim.run(until=0.25)
+        >>> round(float(sim.positions[0, 0]), 6)
+        0.309928
+        >>> sim.move_wall("piston")
+        >>> float(sim.velocities[0, 0])
+        0.0
+        """
+        if which is None:
+            raise TypeError("`which` must be a tag or numbers of walls")
+        entry = {"x": 0.0, "motion": {} if motion is None else dict(motion)}
+        self._core.move_walls(self._which(which), _carom.scene_of({"wall": [entry]}))
 
     def remove(self, which: Which) -> None:
         """Removes bodies.
