@@ -574,7 +574,9 @@ impl Core {
         text: &str,
     ) -> PyResult<()> {
         let ids = ids.as_slice()?;
-        self.edit(py, |state| edits::move_walls(&mut state.simulation, ids, text))
+        self.edit(py, |state| {
+            edits::move_walls(&mut state.simulation, ids, text)
+        })
     }
 
     fn set_gravity(&self, py: Python<'_>, gravity: [f64; 2]) -> PyResult<()> {
