@@ -45,7 +45,7 @@ use crate::{
 };
 
 /// Share of its radius by which a bounding circle is enlarged: more than all rounding.
-const ROOM: f64 = 1e-9;
+const CIRCLE_MARGIN: f64 = 1e-9;
 
 /// The certified first contact of two bodies from `begin` to `horizon` (times), of which B has the
 /// drive from `from` on relative to A.
@@ -134,14 +134,14 @@ fn certified_by_circles<'a, R: Recorder>(
     }
     let circle = bounding_circle(inside);
     let circle = Circle {
-        radius: circle.radius * (1.0 + ROOM),
+        radius: circle.radius * (1.0 + CIRCLE_MARGIN),
         ..circle
     };
     let in_order = |one: Circle, two: Circle| if body == 0 { [one, two] } else { [two, one] };
     let atoms = other.atoms.iter().enumerate().map(|(index, atom)| {
         let shape = other.shape_of(index);
         // The reach of an ellipse about its own centre.
-        let radius = shape.axes()[0].max(shape.axes()[1]) * (1.0 + ROOM);
+        let radius = shape.axes()[0].max(shape.axes()[1]) * (1.0 + CIRCLE_MARGIN);
         let atom = Circle {
             radius,
             ..Circle::from(atom)
@@ -208,8 +208,8 @@ struct DrivenPose {
     stays: bool,
 }
 
-/// What a drive adds to the bounds on the curvature.
-struct Bending {
+/// The terms of a drive in the bounds on the curvature.
+struct DriveCurvature {
     bounds: DriveBounds,
     /// w'', of B relative to A (length per time squared).
     acceleration: DVec2,
@@ -237,38 +237,38 @@ impl<'a> DrivenPair<'a> {
             top_speed: 0.0,
             size: 0.0,
         };
-        let look = pair.look(0.0);
-        pair.top_speed = look.top_speed + drive.bounds(end).velocity;
-        pair.size = look.size;
+        let start = pair.evaluated(0.0);
+        pair.top_speed = start.top_speed + drive.bounds(end).velocity;
+        pair.size = start.size;
         pair
     }
 
     /// The parts at a time, with the bounds of this pair.
-    fn look(&self, time: f64) -> Look {
+    fn evaluated(&self, time: f64) -> PairBounds {
         let (motion, deviation) = self.motion.driven(self.drive, self.from, time);
         let [a, b] = self.bodies;
         let flight = Flight::new(a, b, &motion);
         let left = (self.end - time).max(0.0);
-        let bending = Bending {
+        let of_drive = DriveCurvature {
             bounds: self.drive.bounds(left),
             acceleration: deviation.acceleration,
             error: deviation.acceleration_error,
             tilt: motion.orientation_error[0] + motion.orientation_error[1],
         };
-        let reach = motion.separation.length() + (flight.speed + bending.bounds.velocity) * left;
+        let reach = motion.separation.length() + (flight.speed + of_drive.bounds.velocity) * left;
         let seen_by = |body: usize| if body == 1 { 1.0 } else { -1.0 };
         match &self.parts {
             PartPair::Atoms(circles) => {
                 let pair = AtomPair::new(&flight, *circles);
-                Look::new(&pair, |pose, gap| {
+                PairBounds::new(&pair, |pose, gap| {
                     let normal = pose.d.normalize_or_zero();
-                    (bending.bend(gap, normal, 0.0), 0.0)
+                    (of_drive.added_to(gap, normal, 0.0), 0.0)
                 })
             }
             PartPair::Convex(shapes, offsets) => {
                 let pair = SupportPair::new(&flight, (&shapes[0], &shapes[1]), *offsets);
-                Look::new(&pair, |pose, gap| {
-                    (bending.bend(gap, pose.facing.normal, 0.0), 0.0)
+                PairBounds::new(&pair, |pose, gap| {
+                    (of_drive.added_to(gap, pose.facing.normal, 0.0), 0.0)
                 })
             }
             PartPair::Edge(body, circle, edge) | PartPair::Line(body, circle, edge) => {
@@ -281,18 +281,18 @@ impl<'a> DrivenPair<'a> {
                     PartPair::Line(..) => pair.of_whole_line(),
                     _ => pair,
                 };
-                Look::new(&pair, |pose, gap| {
+                PairBounds::new(&pair, |pose, gap| {
                     let sign = seen_by(*body);
                     let (beyond, error) = (pair.beyond(pose), pair.error_at(0.0));
                     let step = if beyond.value > error {
                         let along = pair.curvature(pose, &beyond, error);
-                        let along = bending.bend(along, sign * pose.endwards.direction, turn);
+                        let along = of_drive.added_to(along, sign * pose.endwards.direction, turn);
                         safe_step(beyond.value, beyond.rate - pair.rate_error_at(0.0), &along)
                     } else {
                         0.0
                     };
                     (
-                        bending.bend(gap, sign * pose.outwards.direction, turn),
+                        of_drive.added_to(gap, sign * pose.outwards.direction, turn),
                         step,
                     )
                 })
@@ -301,23 +301,23 @@ impl<'a> DrivenPair<'a> {
                 let turn = flight.spin[1 - body];
                 let reach = reach + offset.length();
                 let pair = SupportEdgePair::within(&flight, *body, shape, *offset, edge, reach);
-                Look::new(&pair, |pose, gap| {
+                PairBounds::new(&pair, |pose, gap| {
                     let normal = seen_by(*body) * pose.facing.normal;
-                    (bending.bend(gap, normal, turn), 0.0)
+                    (of_drive.added_to(gap, normal, turn), 0.0)
                 })
             }
         }
     }
 }
 
-/// What is needed of a pair in uniform motion.
-struct Look {
+/// The parts at one time, and bounds that hold at all times.
+struct PairBounds {
     pose: DrivenPose,
     top_speed: f64,
     size: f64,
 }
 
-impl Look {
+impl PairBounds {
     /// The pair now; `bend` returns the curvature with the drive, and another certified step.
     fn new<G: GapFunction>(
         pair: &G,
@@ -340,10 +340,10 @@ impl Look {
     }
 }
 
-impl Bending {
+impl DriveCurvature {
     /// The bounds of a pair in uniform motion with those of the drive, for a normal from A to B
     /// that turns at a rate (Lemmas 2 and 3).
-    fn bend(&self, uniform: Curvature, normal: DVec2, turn: f64) -> Curvature {
+    fn added_to(&self, uniform: Curvature, normal: DVec2, turn: f64) -> Curvature {
         let DriveBounds {
             velocity,
             acceleration,
@@ -367,7 +367,7 @@ impl GapFunction for DrivenPair<'_> {
     type Pose = DrivenPose;
 
     fn pose(&self, time: f64) -> DrivenPose {
-        self.look(time).pose
+        self.evaluated(time).pose
     }
 
     fn gap(&self, pose: &DrivenPose) -> Gap {
@@ -400,7 +400,10 @@ impl GapFunction for DrivenPair<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Detection, Exact};
+    use crate::{
+        Detection, Exact,
+        first_zero::{Samples, is_first_zero},
+    };
     use carom_geometry::{Atom, Molecule, gap_between};
     use carom_kinematics::Orientation;
     use proptest::prelude::*;
@@ -466,24 +469,16 @@ mod tests {
                 Exact::default().first_contact_driven(0.0, bodies, motion, (drive, from), horizon)
             };
             let answer = find([&a, &b], &motion, &drive);
-            let until = match answer.outcome {
-                Outcome::Contact(contact) => {
-                    let arms = [&a, &b].map(|body| 2.0 * body.bounding_radius());
-                    let turned = spins[0].abs() * arms[0];
-                    let allowed = 2.0 * f64::EPSILON
-                        * (60.0 + 34.0 * (arms[0] + arms[1]) + (54.0 + 4.0 * turned) * (1.0 + contact.time)
-                            + 20.0 * drive.top_speed(6.0));
-                    prop_assert!(gap(contact.time).abs() < allowed, "{:e}", gap(contact.time));
-                    contact.time
-                }
-                Outcome::Free => horizon,
-                other => return Err(TestCaseError::fail(format!("{other:?}"))),
+            let arms = [&a, &b].map(|body| 2.0 * body.bounding_radius());
+            let turned = spins[0].abs() * arms[0];
+            let allowed = |time: f64| {
+                2.0 * f64::EPSILON
+                    * (60.0 + 34.0 * (arms[0] + arms[1]) + (54.0 + 4.0 * turned) * (1.0 + time)
+                        + 20.0 * drive.max_speed(6.0))
             };
+            let samples = Samples { count: 2000, depth: 1e-13 };
+            is_first_zero(answer, horizon, gap, allowed, &samples)?;
             prop_assert!(answer.evaluations < 3000, "{}", answer.evaluations);
-            for part in 0..2000 {
-                let t = until * f64::from(part) / 2000.0;
-                prop_assert!(gap(t) > -1e-13, "{:e} at {t} before {until}", gap(t));
-            }
             // Exchanging the bodies changes no bit of the time.
             let exchanged = find([&b, &a], &motion.exchanged(), &-drive);
             let time = |answer: Answer| answer.outcome.contact().map(|contact| contact.time);

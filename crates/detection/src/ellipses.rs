@@ -80,7 +80,10 @@ pub(crate) fn first_contact<R: Recorder>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Detection, Exact};
+    use crate::{
+        Detection, Exact,
+        first_zero::{Samples, is_first_zero},
+    };
     use carom_geometry::{Ellipse, Molecule, gap_between};
     use carom_kinematics::Orientation;
     use glam::DVec2;
@@ -131,25 +134,16 @@ mod tests {
             prop_assume!(gap(0.0) > 1e-9);
             let horizon = 6.0;
             let answer = Exact::default().first_contact(a.outline(), b.outline(), &motion, horizon);
-            let until = match answer.outcome {
-                Outcome::Contact(contact) => {
-                    // Twice E, with the arms of the search and those of edges; the rounding of the
-                    // gap here is less.
-                    let arms = [&a, &b].map(|body| 2.0 * body.bounding_radius());
-                    let turned = spins[0].abs() * arms[0] + spins[1].abs() * arms[1];
-                    let allowed = 2.0 * f64::EPSILON
-                        * (30.0 + 34.0 * (arms[0] + arms[1]) + (14.0 + 4.0 * turned) * contact.time);
-                    prop_assert!(gap(contact.time).abs() < allowed, "{:e}", gap(contact.time));
-                    contact.time
-                }
-                Outcome::Free => horizon,
-                other => return Err(TestCaseError::fail(format!("{other:?}"))),
+            // Twice E, with the arms of the search and those of edges; the rounding of the gap here
+            // is less.
+            let arms = [&a, &b].map(|body| 2.0 * body.bounding_radius());
+            let turned = spins[0].abs() * arms[0] + spins[1].abs() * arms[1];
+            let allowed = |time: f64| {
+                2.0 * f64::EPSILON * (30.0 + 34.0 * (arms[0] + arms[1]) + (14.0 + 4.0 * turned) * time)
             };
+            let samples = Samples { count: 2000, depth: 1e-13 };
+            is_first_zero(answer, horizon, gap, allowed, &samples)?;
             prop_assert!(answer.evaluations < 3000, "{}", answer.evaluations);
-            for part in 0..2000 {
-                let t = until * f64::from(part) / 2000.0;
-                prop_assert!(gap(t) > -1e-13, "{:e} at {t} before {until}", gap(t));
-            }
             // Exchanging the bodies changes no bit of the time.
             let exchanged = RelativeMotion {
                 orientation: [motion.orientation[1], motion.orientation[0]],

@@ -74,6 +74,8 @@ mod ellipses;
 pub mod encounters;
 mod error_bound;
 mod exact;
+#[cfg(test)]
+mod first_zero;
 mod fixed_step;
 mod flight;
 mod gap_search;

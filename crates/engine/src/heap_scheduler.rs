@@ -445,14 +445,9 @@ impl HeapScheduler {
         // the query.
         let (pair, image) = ordered(pair, image.map(i64::from));
         let relative = self.relative_motion(world, pair, image, now);
-        let bodies = pair.map(|body| world.bodies()[body as usize].kind.molecule.outline());
-        let horizon = self.limit - now;
-        let answer = match world.relative_drive(pair) {
-            None => detection.first_contact(bodies[0], bodies[1], &relative, horizon),
-            Some(drive) => {
-                detection.first_contact_driven(0.0, bodies, &relative, (&drive, now), horizon)
-            }
-        };
+        let times = [0.0, self.limit - now];
+        let outlines = pair.map(|body| world.bodies[body as usize].molecule().outline());
+        let answer = world.first_contact(detection, pair, outlines, &relative, now, times);
         let (later, kind) = match answer.outcome {
             Outcome::Free => return,
             Outcome::Contact(contact) => (now + contact.time, Kind::Contact(contact.touch.into())),

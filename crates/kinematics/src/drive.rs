@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{HALF_ULP, Motion, Orientation, RelativeMotion, relative_motion::one_norm};
 
-/// What a body does beside its uniform motion: it has a constant acceleration g, oscillates as A
-/// sin(Ω t + φ), or both.
+/// Acceleration and oscillation of a body, added to its uniform motion: a constant acceleration g,
+/// an oscillation A sin(Ω t + φ), or both.
 ///
 /// The motion of the body holds its position and velocity at time 0, with those of the oscillation;
 /// the drive adds the deviation from uniform motion since then.
@@ -183,12 +183,12 @@ impl Drive {
 
     /// A bound on the speed until `time` of a body that is at rest but for its drive (length per
     /// time).
-    pub fn top_speed(&self, time: f64) -> f64 {
+    pub fn max_speed(&self, time: f64) -> f64 {
         self.amplitude.length() * self.frequency.abs() + self.acceleration.length() * time
     }
 
     /// A bound on the way of such a body in a duration that ends at `time` (length).
-    pub fn longest_way(&self, duration: f64, time: f64) -> f64 {
+    pub fn max_displacement(&self, duration: f64, time: f64) -> f64 {
         let amplitude = self.amplitude.length();
         let speed = amplitude * self.frequency.abs();
         (speed * duration).min(2.0 * amplitude) + self.acceleration.length() * time * duration
@@ -298,9 +298,9 @@ mod tests {
             let bounds = drive.bounds(elapsed);
             prop_assert!(deviation.velocity.length() <= bounds.velocity * (1.0 + 1e-12) + 1e-14);
             prop_assert!(deviation.acceleration.length() <= bounds.acceleration * (1.0 + 1e-12));
-            prop_assert!((end.velocity - DVec2::new(0.3, 0.1)).length() <= drive.top_speed(from + elapsed) * (1.0 + 1e-12) + 1e-14);
+            prop_assert!((end.velocity - DVec2::new(0.3, 0.1)).length() <= drive.max_speed(from + elapsed) * (1.0 + 1e-12) + 1e-14);
             let way = (end.position - start.position - elapsed * DVec2::new(0.3, 0.1)).length();
-            prop_assert!(way <= drive.longest_way(elapsed, from + elapsed) * (1.0 + 1e-12) + 1e-14);
+            prop_assert!(way <= drive.max_displacement(elapsed, from + elapsed) * (1.0 + 1e-12) + 1e-14);
         }
 
         #[test]

@@ -229,8 +229,8 @@ mod tests {
                 "twice",
             ),
             (
-                r#"{ "id": 1, "do": { "edit": [{ "stage": { "gravity": 9.81 } }] } }"#,
-                "gravity",
+                r#"{ "id": 1, "do": { "edit": [{ "stage": { "levity": 9.81 } }] } }"#,
+                "levity",
             ),
             (
                 r#"{ "id": 1, "do": { "edit": [{ "stages": {} }] } }"#,

@@ -6,7 +6,11 @@ use glam::DVec2;
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use crate::{BoundingCircles, Contact, Detection, Exact, Outcome, Part, Touch, resolved_speed};
+use crate::{
+    BoundingCircles, Contact, Detection, Exact, Part, Touch,
+    first_zero::{Samples, is_first_zero},
+    resolved_speed,
+};
 
 /// Arcs of any angle, circles, and cavities, of some thickness or none.
 fn arcs() -> impl Strategy<Value = Molecule> {
@@ -66,19 +70,10 @@ proptest! {
         let bend = *arc.edges()[0].bend().unwrap();
         prop_assume!(!bend.is_one_sided() || x.hypot(y) < bend.radius() - molecule.bounding_radius());
         let answer = Exact::default().first_contact(molecule.outline(), arc.outline(), &motion, 10.0);
-        let until = match answer.outcome {
-            Outcome::Contact(contact) => {
-                // A fast rotor turns by roundings of its angle.
-                prop_assert!(gap(contact.time).abs() < 1e-13 * (1.0 + spin.abs()), "{:e} {contact:?}", gap(contact.time));
-                contact.time
-            }
-            Outcome::Free => 10.0,
-            other => return Err(TestCaseError::fail(format!("{other:?}"))),
-        };
-        for part in 0..3000 {
-            let t = until * f64::from(part) / 3000.0;
-            prop_assert!(gap(t) > -1e-12, "{:e} at {t} before {until}", gap(t));
-        }
+        // A fast rotor turns by roundings of its angle.
+        let allowed = |_: f64| 1e-13 * (1.0 + spin.abs());
+        let samples = Samples { count: 3000, depth: 1e-12 };
+        is_first_zero(answer, 10.0, gap, allowed, &samples)?;
         let exchanged = Exact::default().first_contact(arc.outline(), molecule.outline(), &motion.exchanged(), 10.0);
         match (answer.outcome.contact(), exchanged.outcome.contact()) {
             (Some(one), Some(other)) => prop_assert_eq!((one.time, one.touch), (other.time, other.touch.exchanged())),

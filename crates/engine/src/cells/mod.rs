@@ -171,7 +171,7 @@ impl Cells {
             CellContents::DiluteDiscs => Some(TileUse::Dilute),
             _ if world.pairs.is_active() => Some(TileUse::PairRules),
             _ if world.has_thermal_walls => Some(TileUse::ThermalWalls),
-            _ if world.falls() => Some(TileUse::Gravity),
+            _ if world.has_gravity() => Some(TileUse::Gravity),
             _ if world.moves_walls() => Some(TileUse::MovingWalls),
             _ if world.bodies().iter().any(is_large) => Some(TileUse::LargeBodies),
             CellContents::Discs | CellContents::DiscsByPair | CellContents::Molecules => None,

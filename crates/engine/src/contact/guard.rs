@@ -101,34 +101,24 @@ impl Guard {
         if approach <= 0.0 {
             return None;
         }
-        let mut bounces = self.contact_time * speed / approach;
-        let mut follows = follows_concave_wall(frame, [&a, &b]);
-        if gravity != DVec2::ZERO && (a.body.is_fixed() || b.body.is_fixed()) {
-            let of_fall = self.contact_time * (diameter * gravity.length()).sqrt();
-            let least = of_fall / approach;
-            let of_turn = if turns(&a) || turns(&b) {
-                bounces.min(1.0)
-            } else {
-                0.0
-            };
-            bounces = of_turn.max(least);
-            follows = true;
-        }
-        if soon(&a) && soon(&b) {
-            let raised = if follows {
-                bounces.clamp(1.0, MAX_COEFFICIENT)
-            } else {
-                1.0
-            };
-            return Elasticity::ELASTIC.with_coefficient(raised).ok();
-        }
-        let raised = if follows {
-            bounces.clamp(e, MAX_COEFFICIENT)
+        let bounces = self.contact_time * speed / approach;
+        let of_bend = if follows_concave_wall(frame, [&a, &b]) {
+            bounces
         } else if turns(&a) || turns(&b) {
-            bounces.clamp(e, 1.0)
+            bounces.min(1.0)
         } else {
-            e
+            0.0
         };
+        let of_fall = if a.body.is_fixed() || b.body.is_fixed() {
+            self.contact_time * (diameter * gravity.length()).sqrt() / approach
+        } else {
+            0.0
+        };
+        let least = of_bend.max(of_fall).min(MAX_COEFFICIENT);
+        if soon(&a) && soon(&b) {
+            return Elasticity::ELASTIC.with_coefficient(least.max(1.0)).ok();
+        }
+        let raised = least.max(e);
         (raised > e)
             .then(|| elasticity.with_coefficient(raised).ok())
             .flatten()

@@ -84,11 +84,11 @@ fn meeting_of_pair(world: &World, pair: [usize; 2], horizon: f64) -> Option<f64>
     let pair_of_body = [(a, drives[0]), (b, drives[1])];
     let speed = pair_of_body.map(|((body, motion), drive)| match drive {
         None => wall_speed(body, motion),
-        Some(drive) => drive.top_speed(0.0),
+        Some(drive) => drive.max_speed(0.0),
     });
     let ways = [0, 1].map(|side| match drives[side] {
         None => speed[side] * horizon,
-        Some(drive) => drive.longest_way(horizon, 0.0),
+        Some(drive) => drive.max_displacement(horizon, 0.0),
     });
     let way = ways[0] + ways[1];
     let radii = a.0.molecule().bounding_radius() + b.0.molecule().bounding_radius();

@@ -520,7 +520,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             heat: self.heat.clone(),
             edited: EditedKinds::default(),
         };
-        if !batch.world.clock.is_free() || batch.world.falls() {
+        if batch.world.has_own_frame() {
             // The batch sees the true velocities.
             batch.start_to_move();
         }
@@ -602,8 +602,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 .energies()
                 .chain(self.world.energies_at(self.offset).map(|energy| -energy)),
         );
-        self.book_drag();
-        self.book_fall();
+        self.book_flight();
         self.work_before = self.counters.scheduler;
         (self.offset, self.epoch) = (0.0, Epoch::ToBegin);
         (self.simultaneous, self.unresolved) =

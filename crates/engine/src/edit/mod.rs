@@ -291,7 +291,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 
     /// With drag or gravity, begins an epoch at the present: its velocities are the true ones.
     fn settle(&mut self) {
-        if !self.world.clock.is_free() || self.world.falls() {
+        if self.world.has_own_frame() {
             self.end_epoch(self.offset);
         }
     }

@@ -74,7 +74,7 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
     fn run<Q: EventQueue>(mut self, queue: &mut Q) -> Self::End {
         // Contacts are resolved in the laboratory, but flights of discs are those of the falling
         // frame.
-        let all_elastic = self.rules().all_elastic() && !self.world.falls();
+        let all_elastic = self.rules().all_elastic() && !self.world.has_gravity();
         loop {
             let limit = self.limits.time();
             let stop = if limit < self.target {
@@ -128,8 +128,8 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
                     resolved
                 };
                 let mut onwards = resolved.onwards;
-                if self.world.falls() {
-                    onwards = [0, 1].map(|n| self.world.falling(bodies[n], &onwards[n]));
+                if self.world.has_gravity() {
+                    onwards = [0, 1].map(|n| self.world.to_falling_frame(bodies[n], &onwards[n]));
                 }
                 queue.motions_changed(self.world, self.detection, bodies, onwards);
             }
@@ -346,7 +346,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         let places = ContactPlaces {
             bodies,
             time,
-            places: [0, 1].map(|n| self.world.falling(bodies[n], &before[n]).position),
+            places: [0, 1].map(|n| self.world.to_falling_frame(bodies[n], &before[n]).position),
         };
         self.limits
             .accept(self.world, self.names, places, velocities, spin)?;

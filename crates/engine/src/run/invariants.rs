@@ -143,13 +143,8 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
                         }
                         continue;
                     }
-                    let answer = match world.relative_drive(bodies) {
-                        None => exact.first_contact(a, b, &pair, limit),
-                        Some(drive) => {
-                            let drive = (&drive, self.offset);
-                            exact.first_contact_driven(0.0, [a, b], &pair, drive, limit)
-                        }
-                    };
+                    let (now, times) = (self.offset, [0.0, limit]);
+                    let answer = world.first_contact(&exact, bodies, [a, b], &pair, now, times);
                     if let Some(contact) = answer.outcome.contact() {
                         soonest = Some((i, j, contact.time));
                     }

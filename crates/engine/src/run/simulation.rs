@@ -455,22 +455,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.counters.scheduler = self.work_before + self.scheduler.counters();
     }
 
-    /// Books what the drag has taken in the epoch that ends now. The world holds the present
-    /// velocities.
-    pub(crate) fn book_drag(&mut self) {
-        let clock = self.world.clock;
-        if !clock.is_free() {
-            let slowing = clock.slowing(self.offset);
-            self.ledger.book_drag(self.world.energy(), slowing);
+    /// Books what drag and gravity have done in the epoch that ends now. The world holds the
+    /// present motions.
+    pub(crate) fn book_flight(&mut self) {
+        self.world.book_flight(&mut self.ledger, self.offset);
+        if !self.world.clock.is_free() {
             self.ledger.restart_drag();
-        }
-    }
-
-    /// Books the work of gravity in the epoch that ends now.
-    pub(crate) fn book_fall(&mut self) {
-        if self.world.falls() && self.offset != 0.0 {
-            let sum = self.world.sum_of_falls(self.offset);
-            self.ledger.book_fall(sum);
         }
     }
 
@@ -518,7 +508,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             .max(1);
         let separation_error = separation_error(&self.world);
         let longest_driven = self.world.longest_driven_epoch();
-        if self.world.falls() {
+        if self.world.has_gravity() {
             // The frame that falls gets that fast.
             let fastest = fastest_squared.sqrt() + longest_driven * self.world.gravity.length();
             fastest_squared = fastest * fastest;
@@ -540,8 +530,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             limits.end_by(self.meeting_of_walls(limits.time())?);
         }
         limits.end_by(self.world.next_change_of_walls());
-        if self.world.falls() {
-            self.ledger.restart_fall(self.world.sum_of_falls(0.0));
+        if self.world.has_gravity() {
+            self.ledger
+                .restart_gravity(self.world.negative_potential_energy(0.0));
         }
         // A drag that ends the epoch lets no body move much farther, and the run ends.
         if limits.time() < longest_epoch(self.world.clock) {
@@ -687,8 +678,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     pub(crate) fn end_epoch(&mut self, offset: f64) {
         self.store_motions();
         self.offset = offset;
-        self.book_drag();
-        self.book_fall();
+        self.book_flight();
         self.world.rebase(offset);
         self.offset = 0.0;
         let clock = self.world.clock;

@@ -94,7 +94,7 @@ pub(crate) fn refuse_gravity(world: &World) -> Result<(), SceneError> {
             problem,
         })
     };
-    if !world.falls() {
+    if !world.has_gravity() {
         return Ok(());
     }
     if !world.clock.is_free() {
@@ -103,13 +103,11 @@ pub(crate) fn refuse_gravity(world: &World) -> Result<(), SceneError> {
             world.clock.drag()
         ));
     }
-    let walls = || {
-        world
-            .bodies
-            .iter()
-            .filter_map(|body| Some((body, body.molecule().wall_edge()?)))
+    let bends = |body: &Body| {
+        let edge = body.molecule().wall_edge();
+        edge.is_some_and(|edge| edge.bend().is_some())
     };
-    if walls().any(|(_, edge)| edge.bend().is_some()) {
+    if world.bodies.iter().any(bends) {
         return problem(
             "curved walls are not searched for bodies that fall yet: use straight walls".to_owned(),
         );
@@ -121,45 +119,38 @@ pub(crate) fn refuse_gravity(world: &World) -> Result<(), SceneError> {
                 .to_owned(),
         );
     }
-    let across = walls().filter(|(body, _)| body.molecule().atoms().is_empty());
-    // The walls across the box are never turned.
-    let stops = |axis: DVec2| {
-        across
-            .clone()
-            .any(|(_, edge)| edge.along().perp_dot(axis) != 0.0)
-    };
-    for (name, axis, key) in [("x", DVec2::X, "x"), ("y", DVec2::Y, "y")] {
-        if world.gravity.dot(axis) != 0.0 && !stops(axis) {
+    for (name, axis) in [("x", DVec2::X), ("y", DVec2::Y)] {
+        if world.gravity.dot(axis) == 0.0 {
+            continue;
+        }
+        if !world.bodies.iter().any(|wall| stops(wall, axis)) {
             return problem(format!(
                 "bodies would fall for ever through the periodic box along {name}: add a wall across the box \
-                 (`[[wall]]` with `{key}`)"
+                 (`[[wall]]` with `{name}`)"
             ));
         }
-    }
-    let falls_for_ever = |index: usize| {
-        !world.bodies[index].is_fixed()
-            && [DVec2::X, DVec2::Y]
-                .iter()
-                .any(|&axis| world.gravity.dot(axis) != 0.0 && !is_stopped(world, index, axis))
-    };
-    if world.pairs.is_active()
-        && let Some(index) = (0..world.bodies.len()).find(|&index| falls_for_ever(index))
-    {
-        return problem(format!(
-            "body {index} would fall for ever, because it does not see the walls across the box in its way: change \
-             `transparent`"
-        ));
+        let is_stopped = |body: usize| {
+            let mut walls = world.bodies.iter().enumerate();
+            walls.any(|(wall, of_wall)| {
+                stops(of_wall, axis) && world.pair_factor([body as u32, wall as u32]) > 0.0
+            })
+        };
+        let falls_for_ever = |&body: &usize| !world.bodies[body].is_fixed() && !is_stopped(body);
+        if world.pairs.is_active()
+            && let Some(body) = (0..world.bodies.len()).find(falls_for_ever)
+        {
+            return problem(format!(
+                "body {body} would fall for ever, because it does not see the walls across the box in its way: change \
+                 `transparent`"
+            ));
+        }
     }
     Ok(())
 }
 
-/// Whether a wall across the box that a body sees stops its fall along an axis.
-fn is_stopped(world: &World, index: usize, axis: DVec2) -> bool {
-    world.bodies.iter().enumerate().any(|(wall, body)| {
-        let edge = body.molecule().wall_edge();
-        let is_across = body.molecule().atoms().is_empty();
-        is_across
-            && edge.is_some_and(|edge| edge.along().perp_dot(axis) != 0.0)
-            && world.pair_factor([index as u32, wall as u32]) > 0.0
-    })
+/// Whether a body is a wall across the box that stops a fall along an axis. Such walls do not turn.
+fn stops(wall: &Body, axis: DVec2) -> bool {
+    let edge = wall.molecule().wall_edge();
+    let is_across = wall.molecule().atoms().is_empty();
+    is_across && edge.is_some_and(|edge| edge.along().perp_dot(axis) != 0.0)
 }

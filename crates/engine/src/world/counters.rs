@@ -105,7 +105,8 @@ pub struct Ledger {
     /// Energy taken by the drag of all bodies
     /// ([`Simulation::set_drag`](crate::Simulation::set_drag)).
     pub dragged: f64,
-    /// Work of gravity on all bodies: what their potential energy has lost.
+    /// Work of gravity on all bodies: the loss of their potential energy.
+    #[doc(alias = "potential energy")]
     pub fallen: f64,
     /// `dragged` at the start of the epoch.
     pub(crate) dragged_before: f64,
@@ -160,12 +161,12 @@ impl Ledger {
     }
 
     /// Books the work of gravity in this epoch up to now, from Σ m g·x over all bodies.
-    pub(crate) fn book_fall(&mut self, sum: f64) {
+    pub(crate) fn book_gravity(&mut self, sum: f64) {
         self.fallen = self.fallen_before + (sum - self.fell_from);
     }
 
     /// Begins an epoch with this sum of m g·x.
-    pub(crate) fn restart_fall(&mut self, sum: f64) {
+    pub(crate) fn restart_gravity(&mut self, sum: f64) {
         (self.fallen_before, self.fell_from) = (self.fallen, sum);
     }
 

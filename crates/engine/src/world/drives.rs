@@ -8,7 +8,8 @@
 //! later a free body at x with the velocity v in the falling frame is at x + ½ g τ² and has the
 //! velocity v + g τ. Contacts are resolved in the laboratory, where walls at rest do no work.
 
-use carom_geometry::MAX_MAGNITUDE;
+use carom_detection::{Answer, Detection};
+use carom_geometry::{MAX_MAGNITUDE, Outline};
 use carom_kinematics::{Drive, DriveDeviation, Motion, RelativeMotion};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -29,7 +30,7 @@ const SAME_PLACE: f64 = 1e-9;
 /// The oscillation of a wall.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Oscillation {
-    /// What the wall does beside uniform motion, from the start of the epoch on.
+    /// The oscillation from the start of the epoch on.
     pub drive: Drive,
     /// The place about which it oscillates (length).
     pub centre: DVec2,
@@ -63,30 +64,30 @@ impl World {
     /// Whether some body may be driven.
     #[inline]
     pub(crate) fn is_driven(&self) -> bool {
-        !self.oscillations.is_empty() | self.falls()
+        !self.oscillations.is_empty() | self.has_gravity()
     }
 
     /// Whether there is a gravity.
     #[inline]
-    pub(crate) fn falls(&self) -> bool {
+    pub(crate) fn has_gravity(&self) -> bool {
         self.gravity != DVec2::ZERO
     }
 
-    /// The drive of a body: what it does beside uniform motion in the falling frame, from the start
-    /// of the epoch on; `None` for most. The body is an index in the order of [`Self::bodies`].
+    /// The drive of a body in the falling frame, from the start of the epoch on; `None` for most.
+    /// The body is an index in the order of [`Self::bodies`].
     #[inline]
     pub fn drive(&self, body: usize) -> Option<Drive> {
         if !self.is_driven() {
             return None;
         }
         let oscillation = self.oscillation(body);
-        if self.falls() && self.bodies[body].is_fixed() {
+        if self.has_gravity() && self.bodies[body].is_fixed() {
             return Some(oscillation.unwrap_or_default().accelerated(-self.gravity));
         }
         oscillation
     }
 
-    /// What a wall that oscillates does beside uniform motion in the laboratory.
+    /// The drive of a wall that oscillates, in the laboratory.
     pub(crate) fn oscillation(&self, body: usize) -> Option<Drive> {
         let oscillation = self.oscillations.get(body)?.as_ref()?;
         Some(oscillation.drive)
@@ -117,7 +118,7 @@ impl World {
     #[cold]
     fn driven_motion_at(&self, body: u32, motion: &Motion, time: f64) -> Motion {
         let body = body as usize;
-        let drive = if self.falls() && !self.bodies[body].is_fixed() {
+        let drive = if self.has_gravity() && !self.bodies[body].is_fixed() {
             Drive::acceleration(self.gravity)
         } else {
             self.oscillation(body).unwrap_or_default()
@@ -126,11 +127,11 @@ impl World {
     }
 
     /// The motion in the falling frame of a body with this one in the laboratory, which begins now.
-    pub(crate) fn falling(&self, body: u32, motion: &Motion) -> Motion {
-        if !self.falls() || self.bodies[body as usize].is_fixed() {
+    pub(crate) fn to_falling_frame(&self, body: u32, motion: &Motion) -> Motion {
+        if !self.has_gravity() || self.bodies[body as usize].is_fixed() {
             return *motion;
         }
-        let fallen = self.fallen_frame(motion.time);
+        let fallen = self.falling_frame(motion.time);
         Motion {
             position: motion.position - fallen.position,
             velocity: motion.velocity - fallen.velocity,
@@ -139,20 +140,20 @@ impl World {
     }
 
     /// Place and velocity of the falling frame at a time (offset in the epoch).
-    pub(crate) fn fallen_frame(&self, time: f64) -> DriveDeviation {
+    pub(crate) fn falling_frame(&self, time: f64) -> DriveDeviation {
         Drive::acceleration(self.gravity).deviation(0.0, time)
     }
 
     /// The highest speed of a wall that oscillates (length per time).
     pub(crate) fn fastest_oscillation(&self) -> f64 {
         let oscillations = self.oscillations.iter().flatten();
-        let speeds = oscillations.map(|oscillation| oscillation.drive.top_speed(0.0));
+        let speeds = oscillations.map(|oscillation| oscillation.drive.max_speed(0.0));
         speeds.fold(0.0, f64::max)
     }
 
     /// Σ m g·x over all free bodies at a time (offset in the epoch), with their positions x without
     /// periodic jumps: the potential energy with the opposite sign (mass × length² / time²).
-    pub(crate) fn sum_of_falls(&self, time: f64) -> f64 {
+    pub(crate) fn negative_potential_energy(&self, time: f64) -> f64 {
         let free = (0..self.bodies.len()).filter(|&body| !self.bodies[body].is_fixed());
         let terms = free.map(|body| {
             let place = self
@@ -182,6 +183,30 @@ impl World {
         }
     }
 
+    /// The first contact of two bodies that are certified free for `begin` (time) from `now`
+    /// (offset in the epoch) on, with their relative motion at that time; times are from then on.
+    #[inline]
+    pub fn first_contact<D: Detection>(
+        &self,
+        detection: &D,
+        bodies: [u32; 2],
+        outlines: [Outline<'_>; 2],
+        motion: &RelativeMotion,
+        now: f64,
+        [begin, horizon]: [f64; 2],
+    ) -> Answer {
+        match self.relative_drive(bodies) {
+            None => {
+                let [a, b] = outlines;
+                detection.first_contact_after(begin, a, b, motion, horizon)
+            }
+            Some(drive) => {
+                let drive = (&drive, now);
+                detection.first_contact_driven(begin, outlines, motion, drive, horizon)
+            }
+        }
+    }
+
     /// The longest epoch (time) of driven bodies, so that rounding stays small; infinite without
     /// one.
     pub(crate) fn longest_driven_epoch(&self) -> f64 {
@@ -202,11 +227,16 @@ impl World {
         if let Some(place) = self.oscillations.get_mut(wall) {
             *place = oscillation;
         }
-        if self.oscillations.iter().all(Option::is_none) {
-            self.oscillations.clear();
-        }
+        self.clear_ended_oscillations();
         if let Some(Oscillation { drive, .. }) = oscillation {
             self.motions[wall].velocity = drive.oscillation_now()[1];
+        }
+    }
+
+    /// Empties the list of oscillations if none is left.
+    pub(crate) fn clear_ended_oscillations(&mut self) {
+        if self.oscillations.iter().all(Option::is_none) {
+            self.oscillations.clear();
         }
     }
 

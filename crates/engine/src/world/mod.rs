@@ -26,6 +26,7 @@ use glam::DVec2;
 
 use crate::world::{
     body::{Body, BodyKey, BodyKind},
+    counters::Ledger,
     drives::Oscillation,
     pair_table::PairTable,
     tags::Tags,
@@ -167,10 +168,28 @@ impl World {
         self.energies().sum()
     }
 
-    /// Kinetic energy of each body (mass × length² / time²).
+    /// Kinetic energy of each body at the velocities of the motions (mass × length² / time²): those
+    /// of the clock of the drag and of the falling frame.
     pub(crate) fn energies(&self) -> impl Iterator<Item = f64> {
         let bodies = self.motions.iter().zip(&self.bodies);
         bodies.map(|(motion, body)| kinetic_energy(motion, &body.kind.inertia))
+    }
+
+    /// Whether motions within an epoch are those of a clock or a frame of their own.
+    pub(crate) fn has_own_frame(&self) -> bool {
+        !self.clock.is_free() || self.has_gravity()
+    }
+
+    /// Books what drag and gravity have done in this epoch up to `offset`, at which the motions are
+    /// the present ones.
+    pub(crate) fn book_flight(&self, ledger: &mut Ledger, offset: f64) {
+        if !self.clock.is_free() {
+            ledger.book_drag(self.energy(), self.clock.slowing(offset));
+        }
+        // An epoch that has not begun has no sum of its start.
+        if self.has_gravity() && offset != 0.0 {
+            ledger.book_gravity(self.negative_potential_energy(offset));
+        }
     }
 
     /// Kinetic energy of each body at an offset in the epoch, with drag or gravity too (mass ×
@@ -179,7 +198,7 @@ impl World {
         let slowing = self.clock.slowing(offset);
         let bodies = self.motions.iter().zip(&self.bodies).enumerate();
         bodies.map(move |(index, (motion, body))| {
-            let motion = if self.falls() {
+            let motion = if self.has_gravity() {
                 self.motion_at(index as u32, motion, offset)
             } else {
                 *motion
@@ -379,9 +398,7 @@ impl World {
         keep(&mut self.last_contacts, &keeps);
         keep(&mut self.axes, &keeps);
         keep(&mut self.oscillations, &keeps);
-        if self.oscillations.iter().all(Option::is_none) {
-            self.oscillations.clear();
-        }
+        self.clear_ended_oscillations();
         let bodies = &self.bodies;
         self.wall_tables
             .retain(|table| bodies.binary_search_by_key(&table.key, Body::key).is_ok());
@@ -419,8 +436,8 @@ impl World {
     /// Moves all bodies to `offset` in the epoch and begins a new epoch there.
     pub(crate) fn rebase(&mut self, offset: f64) {
         let slowing = self.clock.slowing(offset);
-        let falls = self.falls();
-        let fallen = self.fallen_frame(offset);
+        let falls = self.has_gravity();
+        let fallen = self.falling_frame(offset);
         for body in 0..self.oscillations.len() {
             if let Some(motion) = self.restart_oscillation(body, offset) {
                 self.motions[body] = motion;

@@ -57,13 +57,7 @@ impl<'a> View<'a> {
     /// The energy lost and put in so far.
     pub fn ledger(&self) -> Ledger {
         let mut ledger = *self.ledger;
-        let clock = self.world.clock;
-        if !clock.is_free() {
-            ledger.book_drag(self.world.energy(), clock.slowing(self.offset));
-        }
-        if self.world.falls() && self.offset != 0.0 {
-            ledger.book_fall(self.world.sum_of_falls(self.offset));
-        }
+        self.world.book_flight(&mut ledger, self.offset);
         ledger
     }
 
@@ -141,8 +135,8 @@ impl<'a> View<'a> {
 
     /// Kinetic energy of all bodies (mass × length² / time²).
     pub fn energy(&self) -> f64 {
-        if self.world.falls() {
-            return exact_sum(self.bodies().map(|body| body.energy()));
+        if self.world.has_gravity() {
+            return exact_sum(self.world.energies_at(self.offset));
         }
         let slowing = self.world.clock.slowing(self.offset);
         self.world.energy() * (slowing * slowing)

@@ -218,7 +218,7 @@ pub(crate) fn place_during(
         None if motion.is_at_rest() => (*motion, 0.0),
         None => (motion.at(middle), wall_speed(body, motion) * half),
         Some(drive) => {
-            let way = drive.longest_way(half, to) + wall_speed(body, motion) * half;
+            let way = drive.max_displacement(half, to) + wall_speed(body, motion) * half;
             (drive.applied(motion, middle), way)
         }
     }

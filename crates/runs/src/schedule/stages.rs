@@ -206,24 +206,41 @@ pub fn is_disturbed(scene: &Scene) -> Option<&'static str> {
 
 /// Whether a drag acts in the measured part of a run.
 pub fn is_dragged(scene: &Scene) -> bool {
-    let mut drag = scene.bounds.drag;
-    let mut acts = scene.stage.is_empty() && drag > 0.0;
-    for stage in &scene.stage {
-        drag = stage.drag.unwrap_or(drag);
-        acts |= stage.measure && drag > 0.0;
-    }
-    acts
+    acts(
+        scene,
+        scene.bounds.drag,
+        |stage| stage.drag,
+        |drag| drag > 0.0,
+    )
 }
 
 /// Whether a gravity acts in the measured part of a run.
 pub fn falls(scene: &Scene) -> bool {
-    let mut gravity = scene.gravity.acceleration;
-    let mut acts = scene.stage.is_empty() && gravity != [0.0; 2];
-    for stage in &scene.stage {
-        gravity = stage.gravity.unwrap_or(gravity);
-        acts |= stage.measure && gravity != [0.0; 2];
+    let gravity = scene.gravity.acceleration;
+    acts(
+        scene,
+        gravity,
+        |stage| stage.gravity,
+        |gravity| gravity != [0.0; 2],
+    )
+}
+
+/// Whether a quantity with this value at the start, which stages may replace, acts in the measured
+/// part of a run.
+fn acts<T: Copy>(
+    scene: &Scene,
+    start: T,
+    replaced: impl Fn(&StageSpec) -> Option<T>,
+    is_active: impl Fn(T) -> bool,
+) -> bool {
+    if scene.stage.is_empty() {
+        return is_active(start);
     }
-    acts
+    let mut value = start;
+    scene.stage.iter().any(|stage| {
+        value = replaced(stage).unwrap_or(value);
+        stage.measure && is_active(value)
+    })
 }
 
 /// Whether any wall moves at any time.

@@ -94,17 +94,9 @@ impl<F: CellFrame> CellState<F> {
         // the query.
         let (pair, image) = ordered([body, other], seen.map(i64::from));
         let relative = self.relative_motion(world, pair, image, now);
-        let (a, b) = (
-            self.molecule(world, pair[0]).outline(),
-            self.molecule(world, pair[1]).outline(),
-        );
-        let horizon = best.time.min(self.limit) - now;
-        let answer = match world.relative_drive(pair) {
-            None => detection.first_contact_after(bound, a, b, &relative, horizon),
-            Some(drive) => {
-                detection.first_contact_driven(bound, [a, b], &relative, (&drive, now), horizon)
-            }
-        };
+        let outlines = pair.map(|body| self.molecule(world, body).outline());
+        let times = [bound, best.time.min(self.limit) - now];
+        let answer = world.first_contact(detection, pair, outlines, &relative, now, times);
         match answer.outcome {
             Outcome::Free => {}
             Outcome::Contact(contact) => {

@@ -93,7 +93,7 @@ impl CellState {
             &multi_cell_body.motion,
         );
         let drive = multi_cell_body.drive.as_ref();
-        let fastest = drive.map_or(0.0, |drive| drive.top_speed(self.limit));
+        let fastest = drive.map_or(0.0, |drive| drive.max_speed(self.limit));
         let until = now + SPAN * side / (wall_speed(body, motion) + fastest);
         let until = until.max(now.next_up());
         // A drive is bounded by what it does in this epoch.
