@@ -90,10 +90,7 @@ impl Grid {
         let side = sides.min_element();
         let (reach, bodies) = world.farthest_reaching().unwrap_or_default();
         // The first of the pair is the largest body that moves.
-        let own = world
-            .bodies()
-            .get(bodies[0])
-            .filter(|body| !body.is_fixed());
+        let own = world.bodies().get(bodies[0]).filter(|body| body.is_free());
         let own_image = own.map_or(0.0, |body| 2.0 * body.molecule().bounding_radius());
         // A molecule of that diameter would always touch its own image. A pair may be exactly as
         // long as the box.
@@ -209,15 +206,14 @@ impl Grid {
         self.list_walls(world, limit);
     }
 
-    /// Lists each wall, and each other fixed body that is driven, in every cell that can hold the
-    /// centre of a body that touches it before
-    /// `limit` (offset in the epoch, time).
+    /// Lists each wall but pistons, and each other fixed body that is driven, in every cell that can
+    /// hold the centre of a body that touches it before `limit` (offset in the epoch, time).
     fn list_walls(&mut self, world: &World, limit: f64) {
         self.walls.clear();
         let reach = world.largest_moving_radius();
         for (index, (body, motion)) in world.bodies().iter().zip(world.motions()).enumerate() {
             let drive = world.drive(index);
-            if !body.is_wall() && drive.is_none() {
+            if (!body.is_wall() && drive.is_none()) || body.is_piston() {
                 continue;
             }
             let (middle, way) = place_during(body, motion, drive.as_ref(), [0.0, limit]);

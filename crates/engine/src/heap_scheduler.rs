@@ -78,6 +78,8 @@ struct Entry {
 enum Kind {
     Contact(TouchingParts),
     Recheck,
+    /// A piston reaches a stop; `bodies` holds it twice.
+    Stop,
     /// The first body enters the next cell; `bodies` holds it twice.
     Crossing(CellStep),
 }
@@ -88,6 +90,7 @@ impl Entry {
             Kind::Crossing(_) => 0,
             Kind::Recheck => 1,
             Kind::Contact(_) => 2,
+            Kind::Stop => 3,
         };
         (self.bodies[0], self.bodies[1], kind)
     }
@@ -123,6 +126,7 @@ impl Scheduler for HeapScheduler {
     // Larger: stale events outnumber the others in the heap.
     const CONTACTS_PER_EPOCH: u64 = 8;
     const RUNS_DRIVEN_BODIES: bool = true;
+    const RUNS_PISTONS: bool = true;
 
     fn new(cells_per_side: &CellsPerSide, world: &World) -> Result<Self, GridError> {
         Ok(Self {
@@ -156,17 +160,11 @@ impl Scheduler for HeapScheduler {
                 continue;
             }
             neighbours.clear();
-            for cell in self.grid.around(body) {
-                for &other in cell.bodies {
-                    // Each pair once; fixed bodies are not predicted themselves.
-                    if other > body || world.bodies()[other as usize].is_fixed() {
-                        neighbours.push(other, cell.image);
-                    }
-                }
-            }
-            neighbours.0.extend_from_slice(self.grid.walls(body));
+            // Each pair once; fixed bodies are not predicted themselves.
+            let counts = |other: u32| other > body || world.bodies()[other as usize].is_fixed();
+            self.gather(world, body, &mut neighbours, counts);
             self.predict(world, detection, body, &neighbours, 0.0);
-            self.schedule_crossing(body, 0.0);
+            self.schedule_crossing(world, body, 0.0);
         }
         self.neighbours = neighbours;
     }
@@ -241,6 +239,7 @@ impl EventQueue for HeapScheduler {
                     let image = self.present_image(&entry).map(|boxes| boxes as i32);
                     self.predict_pair(world, detection, [a, b], image, entry.time);
                 }
+                Kind::Stop => return Some(ContactEvent::stop(a, entry.time)),
                 Kind::Crossing(step) => self.cross(world, detection, a, step, entry.time),
             }
         }
@@ -267,24 +266,20 @@ impl EventQueue for HeapScheduler {
         }
         let mut neighbours = self.take_scratch();
         for (turn, &body) in bodies.iter().enumerate() {
-            if world.bodies()[body as usize].is_fixed() {
+            // Where a stop reflects a piston, both bodies are the piston.
+            if world.bodies()[body as usize].is_fixed() || (turn == 1 && body == bodies[0]) {
                 continue;
             }
             neighbours.clear();
-            for cell in self.grid.around(body) {
-                for &other in cell.bodies {
-                    // The prediction of the first body includes the pair itself.
-                    let is_predicted = turn == 1
-                        && other == bodies[0]
-                        && !world.bodies()[other as usize].is_fixed();
-                    if other != body && !is_predicted {
-                        neighbours.push(other, cell.image);
-                    }
-                }
-            }
-            neighbours.0.extend_from_slice(self.grid.walls(body));
+            let counts = |other: u32| {
+                // The prediction of the first body includes the pair itself.
+                let is_predicted =
+                    turn == 1 && other == bodies[0] && !world.bodies()[other as usize].is_fixed();
+                other != body && !is_predicted
+            };
+            self.gather(world, body, &mut neighbours, counts);
             self.predict(world, detection, body, &neighbours, now);
-            self.schedule_crossing(body, now);
+            self.schedule_crossing(world, body, now);
         }
         self.neighbours = neighbours;
     }
@@ -302,6 +297,15 @@ impl Neighbours {
     fn push(&mut self, body: u32, image: [i32; 2]) {
         self.0.push((body, image));
     }
+
+    /// Adds a body in the box and in its two nearest images along an axis.
+    fn push_images(&mut self, body: u32, axis: usize) {
+        for boxes in -1..=1 {
+            let mut image = [0; 2];
+            image[axis] = boxes;
+            self.push(body, image);
+        }
+    }
 }
 
 impl HeapScheduler {
@@ -310,6 +314,50 @@ impl HeapScheduler {
         let mut neighbours = std::mem::take(&mut self.neighbours);
         neighbours.clear();
         neighbours
+    }
+
+    /// Adds the neighbours of a body that count: all bodies in adjacent cells, the walls that its
+    /// cell lists, and all pistons; of a piston all bodies that are no walls.
+    fn gather(
+        &self,
+        world: &World,
+        body: u32,
+        neighbours: &mut Neighbours,
+        counts: impl Fn(u32) -> bool,
+    ) {
+        if let Some(axis) = world.bodies()[body as usize].axis_of_piston() {
+            for other in (0..world.bodies().len() as u32).filter(|&other| counts(other)) {
+                if !world.bodies()[other as usize].is_wall() {
+                    neighbours.push_images(other, axis);
+                }
+            }
+            return;
+        }
+        for cell in self.grid.around(body) {
+            for &other in cell.bodies.iter().filter(|&&other| counts(other)) {
+                neighbours.push(other, cell.image);
+            }
+        }
+        neighbours.0.extend_from_slice(self.grid.walls(body));
+        self.gather_pistons(world, body, neighbours, counts);
+    }
+
+    /// Adds the pistons that count, in the images that a body in the box may touch in an epoch.
+    fn gather_pistons(
+        &self,
+        world: &World,
+        body: u32,
+        neighbours: &mut Neighbours,
+        counts: impl Fn(u32) -> bool,
+    ) {
+        for piston in world.pistons().map(|piston| piston as u32) {
+            if let Some(axis) = world.bodies()[piston as usize].axis_of_piston()
+                && piston != body
+                && counts(piston)
+            {
+                neighbours.push_images(piston, axis);
+            }
+        }
     }
 
     fn cross<D: Detection>(
@@ -347,9 +395,12 @@ impl HeapScheduler {
             .iter()
             .filter(|wall| !walls_before.contains(wall));
         neighbours.0.extend(walls);
+        if wrapped != 0 {
+            self.gather_pistons(world, body, &mut neighbours, |_| true);
+        }
         self.predict(world, detection, body, &neighbours, now);
         self.neighbours = neighbours;
-        self.schedule_crossing(body, now);
+        self.schedule_crossing(world, body, now);
     }
 
     /// Predicts a body against neighbours: discs in batches, others one by one.
@@ -481,7 +532,21 @@ impl HeapScheduler {
         });
     }
 
-    fn schedule_crossing(&mut self, body: u32, now: f64) {
+    /// Schedules the time at which a body enters another cell, or a piston reaches a stop.
+    fn schedule_crossing(&mut self, world: &World, body: u32, now: f64) {
+        if world.bodies()[body as usize].is_piston() {
+            let time = world.stop_time(body, &self.motions[body as usize], now);
+            if time <= self.limit {
+                self.heap.push(Entry {
+                    time,
+                    bodies: [body; 2],
+                    versions: [self.versions[body as usize]; 2],
+                    image: [0; 2],
+                    kind: Kind::Stop,
+                });
+            }
+            return;
+        }
         let motion = &self.motions[body as usize];
         let place = self.grid.place(body);
         let (near, far) = (self.grid.corner(place), self.grid.far_corner(place));

@@ -126,6 +126,17 @@ pub trait EventQueue {
         motions: [Motion; 2],
     );
 
+    /// Variant of [`Self::motions_changed`] for one body: a piston that a stop has reflected.
+    fn motion_changed<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        body: u32,
+        motion: Motion,
+    ) {
+        self.motions_changed(world, detection, [body; 2], [motion; 2]);
+    }
+
     /// Inverse masses of two single discs (1/mass). A queue that stores them next to its motions
     /// overrides this.
     #[inline]
@@ -246,19 +257,27 @@ pub trait Scheduler: Sized {
     /// Default: false, and scenes with a gravity or walls that oscillate are refused.
     const RUNS_DRIVEN_BODIES: bool = false;
 
+    /// Whether it runs pistons: walls that are not fixed, which are reflected at the times of
+    /// [`World::stop_time`]. Default: false, and scenes with pistons are refused.
+    const RUNS_PISTONS: bool = false;
+
     /// Creates a scheduler for this world, without an epoch.
     ///
     /// # Errors
     /// [`GridError`] if the options do not fit the bodies.
     fn new(options: &Self::Options, world: &World) -> Result<Self, GridError>;
 
-    /// Creates a scheduler like [`Self::new`], unless bodies are driven and it does not run them.
+    /// Creates a scheduler like [`Self::new`], unless bodies are driven or are pistons and it does
+    /// not run them.
     ///
     /// # Errors
-    /// Those of [`Self::new`], and [`GridError::DrivenBodies`].
+    /// Those of [`Self::new`], [`GridError::DrivenBodies`] and [`GridError::Pistons`].
     fn checked(options: &Self::Options, world: &World) -> Result<Self, GridError> {
         if world.is_driven() && !Self::RUNS_DRIVEN_BODIES {
             return Err(GridError::DrivenBodies);
+        }
+        if world.pistons().next().is_some() && !Self::RUNS_PISTONS {
+            return Err(GridError::Pistons);
         }
         Self::new(options, world)
     }

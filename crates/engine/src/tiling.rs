@@ -193,6 +193,8 @@ pub enum TileUse {
     ThermalWalls,
     /// A wall moves, and would have to be listed in the cells of several tiles while it does.
     MovingWalls,
+    /// A piston moves, a wall that contacts push.
+    Pistons,
     /// Bodies fall, so that fixed bodies move in their frame.
     Gravity,
     /// Rules for pairs of tags affect bodies ([`TransparentSpec`](crate::TransparentSpec),
@@ -217,6 +219,7 @@ impl fmt::Display for TileUse {
             Self::ThermalWalls => "a wall has a temperature",
             Self::MovingWalls => "a wall moves",
             Self::Gravity => "bodies fall",
+            Self::Pistons => "a piston moves",
             Self::PairRules => "rules for pairs of tags",
             Self::Dilute => "a dilute gas",
             Self::Detector => "a detector without the closed form",

@@ -21,7 +21,7 @@ pub fn loschmidt_echo(simulation: &mut AnySimulation, duration: f64) -> Result<(
     let places = |simulation: &AnySimulation| -> Vec<DVec2> {
         let view = simulation.view();
         view.bodies()
-            .filter(|body| !body.body.is_fixed())
+            .filter(|body| body.body.is_free())
             .map(|body| body.motion.position)
             .collect()
     };

@@ -46,18 +46,26 @@ pub fn gap_between(
     if a.edges().is_empty() && b.edges().is_empty() {
         return least;
     }
+    for (body, rotation, other, rotation_of_other, to_other) in [
+        (a, rotation_a, b, rotation_b, separation),
+        (b, rotation_b, a, rotation_a, -separation),
+    ] {
+        for atom in other.atoms().iter().filter(|_| !body.edges().is_empty()) {
+            let place = in_frame(rotation, to_other + rotation_of_other.rotate(atom.offset()));
+            for edge in body.edges() {
+                least = least.min(edge.nearest(place).distance - (edge.radius() + atom.radius()));
+            }
+        }
+    }
+    let may_cross = !a.edges().is_empty() && !b.edges().is_empty();
+    let is_solid = !(a.solid_rings().is_empty() && b.solid_rings().is_empty());
+    if (a.is_wall() && b.is_wall()) || !(may_cross || is_solid) {
+        return least;
+    }
     let views = [
         RelativeParts::new(a, rotation_a, b, rotation_b, separation),
         RelativeParts::new(b, rotation_b, a, rotation_a, -separation),
     ];
-    for view in &views {
-        for edge in view.body.edges() {
-            least = least.min(view.gap_to(edge));
-        }
-    }
-    if a.is_wall() && b.is_wall() {
-        return least;
-    }
     let depths = views.iter().map(RelativeParts::depth_inside);
     match depths.fold(views[0].depth_of_crossings(), f64::max) {
         0.0 => least,
@@ -137,6 +145,11 @@ fn rounding(d: DVec2, a: &Ellipse, b: &Ellipse) -> f64 {
     4.0 * f64::EPSILON * (d.length() + (a.reach() + b.reach()))
 }
 
+/// A vector in the frame of a body with this rotation, the inverse of which is its conjugate.
+fn in_frame(rotation: DVec2, vector: DVec2) -> DVec2 {
+    DVec2::new(rotation.x, -rotation.y).rotate(vector)
+}
+
 /// A body, and the atoms and edges of another in its frame: centre or ends, and radius.
 struct RelativeParts<'a> {
     body: &'a Molecule,
@@ -152,9 +165,7 @@ impl<'a> RelativeParts<'a> {
         rotation_of_other: DVec2,
         to_other: DVec2,
     ) -> Self {
-        // The inverse of a rotation is its conjugate.
-        let back = DVec2::new(rotation.x, -rotation.y);
-        let place = |offset: DVec2| back.rotate(to_other + rotation_of_other.rotate(offset));
+        let place = |offset: DVec2| in_frame(rotation, to_other + rotation_of_other.rotate(offset));
         let atoms = other
             .atoms()
             .iter()
@@ -169,14 +180,6 @@ impl<'a> RelativeParts<'a> {
             atoms: atoms.collect(),
             edges: edges.collect(),
         }
-    }
-
-    /// The gap between the atoms and an edge of the body.
-    fn gap_to(&self, edge: &Edge) -> f64 {
-        self.atoms
-            .iter()
-            .map(|&(place, radius)| edge.nearest(place).distance - (edge.radius() + radius))
-            .fold(f64::INFINITY, f64::min)
     }
 
     /// The largest depth of an atom in a solid interior of the body (length); 0 if none is inside.

@@ -146,7 +146,7 @@ impl Members {
             .into_iter()
             .flat_map(|tag| view.tagged(tag));
         for body in tagged {
-            if body.body.is_fixed() {
+            if !body.body.is_free() {
                 members.fixed += 1;
             } else if body.energy() == 0.0 {
                 members.at_rest += 1;
@@ -213,7 +213,7 @@ mod tests {
         let Heating { stage, notes } = Heating::new(&run, stage, hold).unwrap();
         run.edit(&stage, hold, &mut ()).unwrap();
         let bodies = run.view();
-        let molecules = bodies.bodies().filter(|body| !body.body.is_fixed());
+        let molecules = bodies.bodies().filter(|body| body.body.is_free());
         (molecules.map(|body| body.energy()).collect(), notes)
     }
 

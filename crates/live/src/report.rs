@@ -165,7 +165,7 @@ impl Totals {
         let mut tags: BTreeMap<Tag, OfTag> = BTreeMap::new();
         let (mut energy, mut speed, mut moving) = (0.0, 0.0, 0_usize);
         for body in view.bodies() {
-            let is_moving = !body.body.is_fixed();
+            let is_moving = body.body.is_free();
             let own = body.energy();
             if is_moving {
                 energy += own;

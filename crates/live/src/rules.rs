@@ -105,7 +105,7 @@ fn interval(view: &View<'_>, spec: &ThermostatSpec) -> Result<f64> {
         .find(&spec.tag)
         .into_iter()
         .flat_map(|tag| view.tagged(tag));
-    let moving = tagged.filter(|body| !body.body.is_fixed());
+    let moving = tagged.filter(|body| body.body.is_free());
     let (sum, count) = moving.fold((0.0, 0_u32), |(sum, count), body| {
         // The root mean square speed in a plane.
         let square = 2.0 * target.temperature_of(body.body) * body.body.inertia().inverse_mass;

@@ -200,7 +200,7 @@ impl Observer for BodyFrameDiffusion {
         // Both are in ascending order of number. All moving bodies are followed, because a body may
         // leave the group and come back.
         let mut before = self.tracks.iter().peekable();
-        for body in view.bodies().filter(|body| !body.body.is_fixed()) {
+        for body in view.bodies().filter(|body| body.body.is_free()) {
             let Some(axis) = axis_of(view, &body) else {
                 continue;
             };

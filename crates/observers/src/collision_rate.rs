@@ -119,5 +119,5 @@ impl Observer for CollisionRate {
 
 /// Number of moving bodies.
 fn moving(view: &View<'_>) -> f64 {
-    view.bodies().filter(|view| !view.body.is_fixed()).count() as f64
+    view.bodies().filter(|view| view.body.is_free()).count() as f64
 }

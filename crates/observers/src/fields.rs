@@ -232,7 +232,7 @@ impl Fields {
     /// What the bodies carry along, in the frame of this velocity.
     fn carried(&self, view: &View<'_>, drift: DVec2) -> Fluxes {
         let mut fluxes = vec![[0.0; FLUXES]; self.bins.len()];
-        for member in self.members(view).filter(|member| !member.body.is_fixed()) {
+        for member in self.members(view).filter(|member| member.body.is_free()) {
             let place = member.motion.position;
             let Some(sum) = self.bins.bin(place).and_then(|bin| fluxes.get_mut(bin)) else {
                 continue;
@@ -429,7 +429,7 @@ fn carried_by(report: &CollisionReport<'_>, bins: &FieldBins, drift: DVec2) -> C
         energy(side.body, &side.after, drift) - energy(side.body, &side.before, drift)
     };
     let [gain_of_first, gain_of_second] = [gain(first), gain(second)];
-    let half = if first.body.is_fixed() || second.body.is_fixed() {
+    let half = if !(first.body.is_free() && second.body.is_free()) {
         1.0
     } else {
         0.5

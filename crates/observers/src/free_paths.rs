@@ -178,7 +178,7 @@ impl FreePaths {
     }
 
     fn measures(&self, body: &Body) -> bool {
-        !body.is_fixed() && self.group.contains(body)
+        body.is_free() && self.group.contains(body)
     }
 }
 
@@ -356,7 +356,7 @@ mod tests {
         let disc = simulation
             .view()
             .bodies()
-            .find(|view| !view.body.is_fixed())
+            .find(|view| view.body.is_free())
             .unwrap()
             .body
             .key();

@@ -70,7 +70,7 @@ impl Impulses {
         self.squares += square;
         let torque = arm.perp_dot(impulse);
         self.turning += torque * torque;
-        if !body.is_fixed() {
+        if body.is_free() {
             let mass = body.molecule().mass();
             self.changes += square / (mass * mass);
         }
@@ -125,7 +125,7 @@ impl Friction {
         let mut weights = DVec3::ZERO;
         for body in view.bodies().filter(|body| self.group.contains(body.body)) {
             let velocity = body.motion.velocity - frame.velocity();
-            let square = if body.body.is_fixed() {
+            let square = if !body.body.is_free() {
                 0.0
             } else {
                 velocity.length_squared()

@@ -225,7 +225,7 @@ impl Observer for HelfandMoment {
     fn start(&mut self, view: &View<'_>) {
         self.advance(view.time());
         let drift = view.centre_of_mass_frame().velocity();
-        let moving = view.bodies().filter(|view| !view.body.is_fixed());
+        let moving = view.bodies().filter(|view| view.body.is_free());
         let rates = moving.map(|body| self.current.flux(body.body, &body.motion, drift));
         let (until, bounds) = (view.time(), *view.bounds());
         self.flow = Some(Flow {
@@ -239,7 +239,7 @@ impl Observer for HelfandMoment {
     fn collision(&mut self, report: &CollisionReport<'_>) {
         self.advance(report.time);
         let Some(flow) = &mut self.flow else { return };
-        for side in report.sides.iter().filter(|side| !side.body.is_fixed()) {
+        for side in report.sides.iter().filter(|side| side.body.is_free()) {
             let [before, after] = [&side.before, &side.after]
                 .map(|motion| self.current.flux(side.body, motion, flow.drift));
             flow.rate += after - before;

@@ -31,6 +31,7 @@
 //! | pressure tensor | [`PressureTensor`] | contacts, samples |
 //! | fields over the place: density, velocity, kT, stress, heat current | [`Fields`] | contacts, samples |
 //! | translational and rotational temperature of a group | [`TemperatureByTag`] | samples |
+//! | place, velocity and energy of a piston | [`PistonSeries`] | samples |
 //! | path lengths between contacts | [`FreePaths`] | contacts |
 //! | shear viscosity and heat conductivity: Helfand moments | [`HelfandMoment`] | contacts, samples |
 //! | energy put in by resets and lost in contacts | [`ThermostatLedger`] | samples |
@@ -105,6 +106,7 @@ mod orientational_order;
 mod overlap_check;
 mod pair_distribution;
 mod picture;
+mod piston_series;
 mod pressure;
 mod pressure_tensor;
 mod projection_histogram;
@@ -156,6 +158,7 @@ pub use orientational_order::{
 pub use overlap_check::OverlapCheck;
 pub use pair_distribution::{CutoffError, PairDistribution, PairPoint};
 pub use picture::picture;
+pub use piston_series::{PistonPoint, PistonSeries};
 pub use pressure::{Pressure, PressurePoint};
 pub use pressure_tensor::{PressureTensor, TensorPoint};
 pub use projection_histogram::{BodyAxis, ProjectionHistogram};

@@ -45,7 +45,7 @@ impl MovingFrame {
     ) -> impl Iterator<Item = (BodyView<'a>, DVec2)> {
         let displacement = self.displacement;
         view.bodies()
-            .filter(move |view| !view.body.is_fixed() && group.contains(view.body))
+            .filter(move |view| view.body.is_free() && group.contains(view.body))
             .map(move |body| (body, body.unwrapped(view.bounds()) - displacement))
     }
 }

@@ -198,7 +198,7 @@ impl Observer for PressureTensor {
 /// Σ m v_a v_b relative to the centre of mass (mass × length² / time²).
 fn momenta(view: &View<'_>) -> DMat2 {
     let drift = view.centre_of_mass_frame().velocity();
-    let moving = view.bodies().filter(|view| !view.body.is_fixed());
+    let moving = view.bodies().filter(|view| view.body.is_free());
     let flux = moving.map(|body| {
         let velocity = body.motion.velocity - drift;
         let momentum = velocity / body.body.inertia().inverse_mass;

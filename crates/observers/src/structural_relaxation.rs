@@ -333,7 +333,7 @@ mod tests {
                 simulation.observe_until(time, relaxation).unwrap();
                 let view = simulation.view();
                 relaxation.sample(&view);
-                let moving = view.bodies().filter(|body| !body.body.is_fixed());
+                let moving = view.bodies().filter(|body| body.body.is_free());
                 moving
                     .map(|body| body.unwrapped(view.bounds()) - time * drift)
                     .collect()

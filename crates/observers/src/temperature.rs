@@ -126,13 +126,13 @@ impl Observer for TemperatureByTag {
         let frame = view.centre_of_mass_frame();
         let thermal = frame.thermal(members());
         let turning = members().filter(|view| view.body.can_turn()).count() as f64;
-        for member in members().filter(|view| !view.body.is_fixed()) {
+        for member in members().filter(|view| view.body.is_free()) {
             let mass = member.body.molecule().mass();
             self.momentum += mass * (member.motion.velocity - frame.velocity());
             self.mass += mass;
         }
         let others = || view.bodies().filter(|view| !self.group.contains(view.body));
-        let has_all = others().all(|other| other.body.is_fixed());
+        let has_all = others().all(|other| !other.body.is_free());
         for (rests, conserved) in self.rests.iter_mut().zip(frame.conserves_momentum()) {
             *rests &= conserved && has_all;
         }

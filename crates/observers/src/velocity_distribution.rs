@@ -203,7 +203,7 @@ impl Observer for VelocityDistribution {
     fn sample(&mut self, view: &View<'_>) {
         let moving = view
             .bodies()
-            .filter(|view| !view.body.is_fixed() && self.group.contains(view.body));
+            .filter(|view| view.body.is_free() && self.group.contains(view.body));
         let drift = view.centre_of_mass_frame().velocity();
         let velocities: Vec<DVec2> = moving.map(|view| view.motion.velocity - drift).collect();
         let count = velocities.len() as f64;

@@ -299,7 +299,7 @@ impl Observer for WallPressure {
         self.duration = view.time().since(start);
         self.follow(view);
         self.samples += 1;
-        for body in view.bodies().filter(|body| !body.body.is_fixed()) {
+        for body in view.bodies().filter(|body| body.body.is_free()) {
             let distance = self.distance(body.motion.position[self.axis]);
             let last = self.counts.len() - 1;
             self.counts[((distance / self.width) as usize).min(last)] += 1;

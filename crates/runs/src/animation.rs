@@ -236,7 +236,7 @@ impl Observer for Fastest {
 
 /// Latest end of an animation that begins now (time).
 fn end(view: &View<'_>) -> f64 {
-    let moving = || view.bodies().filter(|body| !body.body.is_fixed());
+    let moving = || view.bodies().filter(|body| body.body.is_free());
     let mean = moving()
         .map(|body| body.motion.velocity.length())
         .sum::<f64>()

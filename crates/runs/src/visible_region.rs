@@ -54,7 +54,7 @@ impl VisibleRegion {
         let middle = view.bodies().nth(view.len() / 2)?;
         let first = view
             .bodies()
-            .find(|body| !body.body.is_fixed())
+            .find(|body| body.body.is_free())
             .unwrap_or(middle);
         let is_like = |other: &BodyView<'_>| {
             weight(other.body) == weight(first.body) && tags(other) == tags(&first)

@@ -26,8 +26,10 @@ pub(super) enum RecordKind {
     Shell = 6,
     /// Re-check: the body is predicted again, since a search did not finish.
     Recheck = 7,
+    /// A piston reaches one of its stops.
+    Stop = 8,
     /// No event.
-    Nothing = 8,
+    Nothing = 9,
 }
 
 impl RecordKind {
@@ -68,6 +70,7 @@ impl RecordKind {
             5 => Self::MultiCell,
             6 => Self::Shell,
             7 => Self::Recheck,
+            8 => Self::Stop,
             _ => Self::Nothing,
         }
     }
@@ -255,6 +258,7 @@ mod tests {
             RecordKind::MultiCell,
             RecordKind::Shell,
             RecordKind::Recheck,
+            RecordKind::Stop,
             RecordKind::Nothing,
         ] {
             assert!(!kind.is_crossing());

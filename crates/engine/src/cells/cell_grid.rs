@@ -66,7 +66,7 @@ impl CellGrid {
     /// A grid for the bodies of this world; none if the box is shorter than three cells.
     pub fn new(world: &World) -> Option<Self> {
         let sides = world.bounds().sides();
-        let moving = || world.bodies().iter().filter(|body| !body.is_fixed());
+        let moving = || world.bodies().iter().filter(|body| body.is_free());
         let discs = moving().filter(|body| body.kind.molecule.is_disc()).count();
         let by_pair = world.pairs.is_active();
         // The search among molecules takes the radii as they are: discs with a factor on their
@@ -203,7 +203,7 @@ impl CellGrid {
     /// Whether a body is a multi-cell body.
     pub fn is_multi_cell(&self, body: &Body) -> bool {
         let may_be_small =
-            !body.is_fixed() && (self.holds_molecules() || body.kind.molecule.is_disc());
+            body.is_free() && (self.holds_molecules() || body.kind.molecule.is_disc());
         !may_be_small || body.kind.molecule.bounding_radius() > self.largest_small
     }
 

@@ -64,6 +64,18 @@ impl<K: Kernel> EventQueue for Events<'_, K> {
             .motions_changed(self.1, world, detection, bodies, motions);
     }
 
+    #[cold]
+    fn motion_changed<D: Detection>(
+        &mut self,
+        world: &World,
+        detection: &D,
+        body: u32,
+        motion: Motion,
+    ) {
+        self.0
+            .motion_changed(self.1, world, detection, body, &motion);
+    }
+
     #[inline(always)]
     fn inverse_masses(&self, world: &World, bodies: [u32; 2]) -> [f64; 2] {
         self.0.inverse_masses(world, bodies)
@@ -164,6 +176,8 @@ impl CellState {
                 }
             } else if kind == RecordKind::Recheck {
                 self.count_recheck(body);
+            } else if kind == RecordKind::Stop {
+                return Some(ContactEvent::stop(body, now));
             }
             self.predict_and_schedule(kernel, world, detection, body, now);
         }
@@ -205,6 +219,21 @@ impl<F: CellFrame> CellState<F> {
                 self.predict_and_schedule(kernel, world, detection, body, now);
             }
         }
+    }
+
+    /// Stores the new motion of a piston, which begins now, and predicts it anew.
+    fn motion_changed<D: Detection, K: Kernel>(
+        &mut self,
+        kernel: K,
+        world: &World,
+        detection: &D,
+        body: u32,
+        motion: &Motion,
+    ) {
+        let now = motion.time;
+        self.set_motion(kernel, body, motion.position, motion.velocity, now);
+        self.multi_cell.set_motion(body, motion);
+        self.predict_and_schedule(kernel, world, detection, body, now);
     }
 
     #[inline(always)]

@@ -171,6 +171,7 @@ impl Cells {
             CellContents::DiluteDiscs => Some(TileUse::Dilute),
             _ if world.pairs.is_active() => Some(TileUse::PairRules),
             _ if world.has_thermal_walls => Some(TileUse::ThermalWalls),
+            _ if world.pistons().next().is_some() => Some(TileUse::Pistons),
             _ if world.has_gravity() => Some(TileUse::Gravity),
             _ if world.moves_walls() => Some(TileUse::MovingWalls),
             _ if world.bodies().iter().any(is_large) => Some(TileUse::LargeBodies),
@@ -309,6 +310,7 @@ impl Scheduler for CellScheduler {
 
     const CONTACTS_PER_EPOCH: u64 = 64;
     const RUNS_DRIVEN_BODIES: bool = true;
+    const RUNS_PISTONS: bool = true;
 
     fn new(instructions: &Instructions, world: &World) -> Result<Self, GridError> {
         // Also rejects a box in which a molecule can touch its own image.

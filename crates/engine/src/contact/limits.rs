@@ -233,7 +233,7 @@ pub(crate) fn sides_per_epoch(world: &World) -> f64 {
         return SIDES_PER_EPOCH_OF_BILLIARD;
     }
     let sides = world.bounds.sides();
-    let moving = world.bodies.iter().filter(|body| !body.is_fixed());
+    let moving = world.bodies.iter().filter(|body| body.is_free());
     let largest = moving.map(crate::Body::reach).fold(0.0, f64::max);
     // 1 / (√8 n σ) for n discs of diameter σ in a unit of area, all as large as the largest that
     // moves.

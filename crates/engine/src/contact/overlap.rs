@@ -80,7 +80,8 @@ fn census(view: &View<'_>) -> OverlapCensus {
         }
     }
     for wall in bodies.iter().filter(|body| body.body.is_wall()) {
-        for body in bodies.iter().filter(|body| !body.body.is_fixed()) {
+        let may_touch = |body: &Body| body.is_free() || (wall.body.is_piston() && !body.is_wall());
+        for body in bodies.iter().filter(|body| may_touch(body.body)) {
             look_at_images(body, wall, pairs, sides, &mut census);
         }
     }

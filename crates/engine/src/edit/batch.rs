@@ -29,6 +29,7 @@ use crate::{
     scheduler::Scheduler,
     start::{
         body_builder::inertia,
+        pistons::refuse_pistons,
         single_bodies::{add_molecule, add_wall, deepest_overlap, first_overlap},
         sites::Sites,
         wall_motions::refuse_drag,
@@ -147,12 +148,12 @@ impl Batch {
     /// Replaces the motion of a wall from now on.
     ///
     /// # Errors
-    /// [`EditError::NotWall`] if the body is no wall, [`EditError::NoSuchBody`], or
+    /// [`EditError::NotWall`] if the body is no wall or a piston, [`EditError::NoSuchBody`], or
     /// [`EditError::Scene`] if a number is out of range.
     pub fn move_wall(&mut self, key: BodyKey, motion: &WallMotionSpec) -> Result<(), EditError> {
         let index = self.index(key)?;
         let body = &self.world.bodies[index];
-        if !body.is_wall() {
+        if !body.is_wall() || body.is_piston() {
             return Err(EditError::NotWall(BodyName::new(body, &self.names)));
         }
         let name = BodyName::new(body, &self.names).to_string();
@@ -339,7 +340,7 @@ impl Batch {
     pub fn set_rotation(&mut self, key: BodyKey, rotation: Rotation) -> Result<(), EditError> {
         let index = self.index(key)?;
         let body = &mut self.world.bodies[index];
-        if body.is_fixed() {
+        if !body.is_free() {
             return Err(EditError::Fixed(BodyName::new(body, &self.names)));
         }
         self.edited
@@ -375,9 +376,10 @@ impl Batch {
             .map(|index| self.world.bodies[index].key())
     }
 
-    /// The bodies that are not fixed after the edits so far, in the order of insertion.
+    /// The bodies that are neither fixed nor pistons after the edits so far, in the order of
+    /// insertion.
     pub fn moving(&self) -> impl Iterator<Item = BodyKey> {
-        self.indices(|body| !body.is_fixed())
+        self.indices(Body::is_free)
             .map(|index| self.world.bodies[index].key())
     }
 
@@ -570,6 +572,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         })?;
         refuse_gravity(&world)?;
         elasticity.classify(&mut world, &self.response)?;
+        refuse_pistons(&world, &names)?;
         resolves(&world, &elasticity)?;
         if may_reveal && let Some((pair, depth)) = first_overlap(&world) {
             let [first, second] =

@@ -245,7 +245,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// [`EditError::Fixed`] or [`EditError::NoSuchBody`].
     pub fn set_rotation(&mut self, key: BodyKey, rotation: Rotation) -> Result<(), EditError> {
         let index = self.index(key)?;
-        if self.world.bodies[index].is_fixed() {
+        if !self.world.bodies[index].is_free() {
             return Err(EditError::Fixed(self.name(index)));
         }
         self.change(index, |motion| {

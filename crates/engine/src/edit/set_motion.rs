@@ -38,6 +38,17 @@ impl Batch {
     pub fn set_velocity(&mut self, key: BodyKey, velocity: [f64; 2]) -> Result<(), EditError> {
         let index = self.index(key)?;
         self.refuse_fixed(index)?;
+        let body = &self.world.bodies[index];
+        if let Some(axis) = body.axis_of_piston()
+            && velocity[1 - axis] != 0.0
+        {
+            return Err(EditError::Scene(SceneError::Entry {
+                entry: self.name(index).to_string(),
+                problem: format!(
+                    "a piston moves along its normal only, but the velocity is {velocity:?}"
+                ),
+            }));
+        }
         let motion = Motion {
             velocity: DVec2::from(velocity),
             ..self.world.motions[index]

@@ -105,7 +105,7 @@ impl Batch {
         let (body, motion) = (&self.world.bodies[index], &self.world.motions[index]);
         let draw = ActionDraw::new(body, key);
         let changed = match rule {
-            ThermostatRule::EnergyReset(_) | ThermostatRule::Maxwell(_) if body.is_fixed() => {
+            ThermostatRule::EnergyReset(_) | ThermostatRule::Maxwell(_) if !body.is_free() => {
                 return Ok(Effect::Fixed);
             }
             ThermostatRule::EnergyReset(target) => return self.reset(index, *target),
@@ -113,7 +113,7 @@ impl Batch {
                 let temperature = target.temperature_of(body);
                 return maxwell(body, motion, temperature, &draw).map(Effect::Changed);
             }
-            _ if body.is_fixed() => return Err(EditError::Fixed(self.name(index))),
+            _ if !body.is_free() => return Err(EditError::Fixed(self.name(index))),
             ThermostatRule::Active(rule) => return self.drive(index, rule, key),
             ThermostatRule::Langevin(step) => langevin(body, motion, step, &draw),
             ThermostatRule::Rotate => match rotated(motion, &draw) {

@@ -21,6 +21,7 @@ use crate::{
     scheduler::Scheduler,
     start::{
         contents::SceneContents,
+        pistons::{free_pistons, refuse_pistons},
         placement, start_from,
         wall_motions::{move_walls, refuse_drag},
     },
@@ -102,6 +103,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let counts = contents.counts();
         let mut singles = contents.singles;
         move_walls(&mut world, scene)?;
+        free_pistons(&mut world, scene, &singles.entries)?;
         world.gravity = gravity_of("gravity.acceleration", scene.gravity.acceleration)?;
         let mut elasticity = ElasticityTable::new(&scene.elasticity, &mut singles.names)?;
         elasticity.classify(&mut world, &response)?;
@@ -111,6 +113,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         world.clock = drag_clock("box.drag", scene.bounds.drag)?;
         refuse_drag(&world, |body| singles.entry_of(body, &counts))?;
         refuse_gravity(&world)?;
+        refuse_pistons(&world, &singles.names)?;
         world.random_key = [scene.bounds.seed, scene.bounds.replica];
         world.shrink();
         let scheduler = S::checked(&options, &world)

@@ -37,6 +37,7 @@ use crate::{
     scheduler::Scheduler,
     start::{
         body_builder::inertia,
+        pistons::refuse_pistons,
         single_bodies::{is_open_wall, is_wall_temperature, refuse_large_wall},
     },
     world::{
@@ -46,6 +47,7 @@ use crate::{
         drives::Oscillation,
         heat::HeatByTag,
         pair_table::PairTable,
+        pistons::{Piston, axis_across},
         tags::{TagNames, Tags},
         wall_table::WallTable,
     },
@@ -93,6 +95,8 @@ pub struct Checkpoint {
     gravity: DVec2,
     /// Walls that oscillate, by the order of the bodies.
     oscillations: Vec<Option<Oscillation>>,
+    /// Walls with a mass, by the order of the bodies.
+    pistons: Vec<Piston>,
     /// Walls whose velocity changes at given times.
     wall_tables: Vec<WallTable>,
     names: TagNames,
@@ -183,6 +187,11 @@ pub enum CheckpointError {
          next piece in the future"
     )]
     WallTable(usize),
+    /// A piston whose numbers are out of range, or of a body that is no wall across the box.
+    #[error(
+        "piston {0} of the checkpoint must be a wall across the box, between its stops, with a mass, and move along its          normal"
+    )]
+    Piston(usize),
     /// A tag with heat has no name.
     #[error("the checkpoint has heat of a tag without a name")]
     UnnamedHeat,
@@ -248,6 +257,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             axes,
             oscillations,
             gravity,
+            pistons,
             wall_tables,
             epoch,
             next_id,
@@ -273,6 +283,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             axes: axes.clone(),
             oscillations: oscillations.clone(),
             gravity: *gravity,
+            pistons: pistons.clone(),
             wall_tables: wall_tables.clone(),
             names: names.clone(),
             elasticity: elasticity.spec().into(),
@@ -332,7 +343,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             oscillation.is_none_or(|oscillation| {
                 let body = world.bodies.get(wall).zip(world.motions.get(wall));
                 body.is_some_and(|(body, motion)| {
-                    body.is_wall() && oscillation.is_of(motion, world.bounds.sides())
+                    body.is_wall()
+                        && body.is_fixed()
+                        && oscillation.is_of(motion, world.bounds.sides())
                 })
             })
         };
@@ -348,12 +361,14 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         }
         world.oscillations.clone_from(&checkpoint.oscillations);
         world.gravity = gravity_of("gravity", checkpoint.gravity.to_array())?;
+        checkpoint.free_pistons(&mut world)?;
         let mut names = checkpoint.names.clone();
         world.pairs = PairTable::new(&checkpoint.transparent, &checkpoint.diameter, &mut names)?;
         let mut elasticity =
             ElasticityTable::new(&checkpoint.elasticity.clone().into(), &mut names)?;
         elasticity.classify(&mut world, &response)?;
         refuse_gravity(&world)?;
+        refuse_pistons(&world, &names)?;
         let checked = refuse_unresolved(&world, &elasticity);
         checked
             .and_then(|()| refuse_unsearched(&world, &detection))
@@ -375,8 +390,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         world.axes.clone_from(&checkpoint.axes);
         let is_of_wall = |table: &WallTable| {
             let wall = world.index(table.key);
-            let is_free_wall =
-                |wall: usize| world.bodies[wall].is_wall() && world.oscillation(wall).is_none();
+            let is_free_wall = |wall: usize| {
+                let body = &world.bodies[wall];
+                body.is_wall() && body.is_fixed() && world.oscillation(wall).is_none()
+            };
             table.is_valid() && wall.is_some_and(is_free_wall)
         };
         if let Some(wrong) = checkpoint
@@ -635,6 +652,38 @@ impl Checkpoint {
     }
 }
 
+impl Checkpoint {
+    /// Gives the pistons of the checkpoint their masses.
+    fn free_pistons(&self, world: &mut World) -> Result<(), CheckpointError> {
+        for (number, piston) in self.pistons.iter().enumerate() {
+            let wrong = CheckpointError::Piston(number);
+            let Some(index) = world.index(piston.key) else {
+                return Err(wrong);
+            };
+            let body = &world.bodies[index];
+            let Some(axis) = axis_across(body).filter(|_| body.is_fixed()) else {
+                return Err(wrong);
+            };
+            let (motion, side) = (&world.motions[index], world.bounds.sides()[axis]);
+            let [low, high] = piston.stops;
+            let place = motion.position[axis];
+            let rounding = SAME_PLACE * side;
+            let is_free = world.oscillation(index).is_none() && body.wall_temperature().is_none();
+            let is_between = low - rounding <= place && place <= high + rounding;
+            if !(piston.is_valid(side) && is_free && is_between) || motion.velocity[1 - axis] != 0.0
+            {
+                return Err(wrong);
+            }
+            Arc::make_mut(&mut world.bodies[index].kind).inertia = piston.inertia();
+            world.pistons.push(*piston);
+        }
+        Ok(())
+    }
+}
+
+/// A piston farther beyond a stop than this share of the box is not one of a simulation.
+const SAME_PLACE: f64 = 1e-9;
+
 impl SavedBody {
     /// Checks that a body of this shape can have this motion.
     ///
@@ -714,7 +763,7 @@ fn records(world: &World) -> (Vec<Molecule>, Vec<SavedBody>) {
         bodies.push(SavedBody {
             key: body.key,
             molecule: place,
-            rotation: (!body.is_fixed()).then_some(rotation),
+            rotation: (!body.is_fixed() && !body.is_wall()).then_some(rotation),
             tags: body.kind.tags.clone(),
             temperature: body.kind.temperature,
             motion,

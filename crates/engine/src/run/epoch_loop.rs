@@ -91,6 +91,17 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
             };
             let ContactEvent { time, bodies, .. } = contact;
             *self.now = time;
+            if contact.is_stop() {
+                self.stop_piston(queue, contact)?;
+                *self.contacts += 1;
+                if self.limits.count_contact() {
+                    return Ok(EpochEnd::WithContact(time));
+                }
+                if *self.contacts == self.most {
+                    return Ok(EpochEnd::AtContact(bodies));
+                }
+                continue;
+            }
             let repeats = self.simultaneous.repeats(bodies, time);
             if repeats {
                 self.count_repeated(bodies, time)?;
@@ -128,8 +139,8 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
                     resolved
                 };
                 let mut onwards = resolved.onwards;
-                if self.world.has_gravity() {
-                    onwards = [0, 1].map(|n| self.world.to_falling_frame(bodies[n], &onwards[n]));
+                if self.world.accelerates() {
+                    onwards = [0, 1].map(|n| self.world.to_own_frame(bodies[n], &onwards[n]));
                 }
                 queue.motions_changed(self.world, self.detection, bodies, onwards);
             }
@@ -171,6 +182,32 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         let slowing = self.world.clock.slowing(encounter.contact.time);
         self.ledger.book_heat(heat, slowing);
         Ok(resolved)
+    }
+
+    /// Reflects a piston at one of its stops.
+    #[cold]
+    #[inline(never)]
+    fn stop_piston<Q: EventQueue>(
+        &mut self,
+        queue: &mut Q,
+        stop: ContactEvent,
+    ) -> Result<(), RunError>
+    where
+        D: Detection,
+    {
+        let ContactEvent { time, bodies, .. } = stop;
+        if self.simultaneous.repeats(bodies, time) {
+            self.count_repeated(bodies, time)?;
+        }
+        let piston = bodies[0];
+        let before = self.world.motion_at(piston, &queue.motion(piston), time);
+        let after = Motion {
+            velocity: -before.velocity,
+            ..before
+        };
+        let onwards = self.world.to_own_frame(piston, &after);
+        queue.motion_changed(self.world, self.detection, piston, onwards);
+        Ok(())
     }
 
     /// The times of the last contacts of two bodies; `None` without a guard.
@@ -346,7 +383,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         let places = ContactPlaces {
             bodies,
             time,
-            places: [0, 1].map(|n| self.world.to_falling_frame(bodies[n], &before[n]).position),
+            places: [0, 1].map(|n| self.world.to_own_frame(bodies[n], &before[n]).position),
         };
         self.limits
             .accept(self.world, self.names, places, velocities, spin)?;

@@ -118,6 +118,9 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
                 if world.bodies[i].is_fixed() && world.bodies[j].is_fixed() {
                     continue;
                 }
+                if world.bodies[i].is_wall() && world.bodies[j].is_wall() {
+                    continue;
+                }
                 let factor = world.pair_factor([i as u32, j as u32]);
                 if factor == 0.0 {
                     continue;

@@ -508,9 +508,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             .max(1);
         let separation_error = separation_error(&self.world);
         let longest_driven = self.world.longest_driven_epoch();
-        if self.world.has_gravity() {
+        if self.world.accelerates() {
             // The frame that falls gets that fast.
-            let fastest = fastest_squared.sqrt() + longest_driven * self.world.gravity.length();
+            let fastest =
+                fastest_squared.sqrt() + longest_driven * self.world.largest_acceleration();
             fastest_squared = fastest * fastest;
         }
         // A wall near its turning point gets faster.
@@ -530,7 +531,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             limits.end_by(self.meeting_of_walls(limits.time())?);
         }
         limits.end_by(self.world.next_change_of_walls());
-        if self.world.has_gravity() {
+        if self.world.accelerates() {
             self.ledger
                 .restart_gravity(self.world.negative_potential_energy(0.0));
         }
@@ -596,8 +597,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         else {
             return Ok(());
         };
-        let masses = world.bodies.iter().filter(|body| !body.is_fixed());
-        let mass: f64 = masses.map(|body| body.molecule().mass()).sum();
+        let moving = world.bodies.iter().filter(|body| !body.is_fixed());
+        let mass: f64 = moving.map(|body| 1.0 / body.inertia().inverse_mass).sum();
         let at_speed_of_wall = 0.5 * mass * speed(&fastest) * speed(&fastest);
         let Ledger {
             initial,

@@ -238,6 +238,9 @@ pub enum GridError {
     /// Driven bodies, and a scheduler that does not run them.
     #[error("this scheduler runs neither walls that oscillate nor bodies that fall")]
     DrivenBodies,
+    /// Pistons, and a scheduler that does not run them.
+    #[error("this scheduler does not run pistons")]
+    Pistons,
     /// A gravity, and a detector that does not search bodies that fall.
     #[error("this detector does not search bodies that fall; use method.detector = \"exact\"")]
     Falling,
@@ -288,7 +291,7 @@ impl GridError {
             | Self::TurningWall(body) => name(body),
             Self::CellsPerSide(_) => "the grid".to_owned(),
             Self::Falling => "gravity".to_owned(),
-            Self::DrivenBodies => "the scheduler".to_owned(),
+            Self::DrivenBodies | Self::Pistons => "the scheduler".to_owned(),
         };
         SceneError::Grid {
             entry,

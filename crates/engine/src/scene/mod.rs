@@ -21,6 +21,7 @@ pub(crate) mod measure_from;
 pub(crate) mod measure_spec;
 pub(crate) mod method_spec;
 pub(crate) mod pair_spec;
+pub(crate) mod piston_spec;
 pub(crate) mod random;
 pub(crate) mod region;
 pub(crate) mod scene_text;
@@ -50,6 +51,7 @@ use crate::{
         measure_spec::MeasureSpec,
         method_spec::MethodSpec,
         pair_spec::{DiameterSpec, TransparentSpec},
+        piston_spec::PistonSpec,
         stage_spec::{HeatSpec, RelabelSpec, ThermostatSpec, VelocitySpec},
         stop_spec::StopSpec,
         two_numbers::{optional_vector, pairs, vector, vectors},
@@ -87,6 +89,9 @@ pub struct Scene {
     pub bumper: Vec<BumperSpec>,
     /// Walls, straight or curved, at rest or in a given motion.
     pub wall: Vec<WallSpec>,
+    /// Walls with a mass, which contacts move.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub piston: Vec<PistonSpec>,
     /// Closed cavities that hold gases.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub container: Vec<ContainerSpec>,

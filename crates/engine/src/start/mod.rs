@@ -6,6 +6,7 @@ pub(crate) mod drawn_molecules;
 pub(crate) mod expected_bodies;
 pub(crate) mod fitted_box;
 pub(crate) mod fixed_gas;
+pub(crate) mod pistons;
 pub(crate) mod placement;
 pub(crate) mod pockets;
 pub(crate) mod selection;

@@ -1,4 +1,4 @@
-//! The single bodies of a scene: molecules, bumpers and walls at given positions, with the checks
+//! The single bodies of a scene: molecules, bumpers, walls and pistons at given positions, with the checks
 //! of every entry.
 
 use std::sync::Arc;
@@ -16,6 +16,7 @@ use crate::{
     },
     start::{
         body_builder::{geometry, inertia, insert},
+        pistons::add_piston,
         sites::Sites,
     },
     world::{
@@ -83,11 +84,16 @@ impl Singles {
                 entries.push(entry.clone());
             }
         }
+        for (index, spec) in scene.piston.iter().enumerate() {
+            let entry = format!("piston[{index}]");
+            add_piston(&mut world, &mut names, spec, &entry)?;
+            entries.push(entry);
+        }
         // From outside, the arcs of a container would be passed.
         let is_outside = |index: &usize| {
             let place = world.motions[*index].position;
             let holds = |cavity: &Cavity| cavity.contains(world.bounds(), place);
-            !world.bodies[*index].is_fixed() && !cavities.iter().any(holds)
+            world.bodies[*index].is_free() && !cavities.iter().any(holds)
         };
         if let Some(body) = (0..world.bodies.len())
             .find(is_outside)

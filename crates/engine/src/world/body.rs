@@ -6,7 +6,10 @@ use carom_geometry::Molecule;
 use carom_kinematics::Inertia;
 use serde::{Deserialize, Serialize};
 
-use crate::world::tags::{Tag, TagNames, Tags};
+use crate::world::{
+    pistons::axis_across,
+    tags::{Tag, TagNames, Tags},
+};
 
 /// Handle of a body. It stays valid until the body is removed, and is never reused, even if the
 /// batch that has added the body is refused.
@@ -177,6 +180,23 @@ impl Body {
     #[doc(alias = "bumper")]
     pub fn is_fixed(&self) -> bool {
         self.kind.inertia.is_fixed()
+    }
+
+    /// Whether this is a wall with a mass, which contacts push along its normal.
+    #[inline]
+    pub fn is_piston(&self) -> bool {
+        !self.is_fixed() && self.is_wall()
+    }
+
+    /// The axis along which this moves if it is a piston: 0 for x, 1 for y.
+    pub fn axis_of_piston(&self) -> Option<usize> {
+        axis_across(self).filter(|_| self.is_piston())
+    }
+
+    /// Whether this is a molecule that moves: neither fixed nor a piston.
+    #[inline]
+    pub fn is_free(&self) -> bool {
+        !self.is_fixed() && !self.is_wall()
     }
 
     /// Whether the body does not turn: its orientation is locked, or it is fixed.

@@ -97,7 +97,7 @@ impl CentreOfMassFrame {
                 .bodies
                 .iter()
                 .zip(&world.motions)
-                .filter(|(body, _)| !body.is_fixed())
+                .filter(|(body, _)| body.is_free())
         };
         let conserved = conserved_momentum(world);
         let mass: f64 = moving().map(|(body, _)| mass(body)).sum();
@@ -133,16 +133,21 @@ impl CentreOfMassFrame {
     }
 
     /// Thermal energy of these bodies, which must be from the view from which the frame is taken;
-    /// fixed bodies do not count.
+    /// fixed bodies do not count. A piston has one degree of freedom, in the frame of the box.
     pub fn thermal<'a>(&self, bodies: impl IntoIterator<Item = BodyView<'a>>) -> ThermalEnergy {
         let mut thermal = ThermalEnergy::default();
-        let (mut mass_of_group, mut turning) = (0.0, 0);
+        let (mut mass_of_group, mut turning, mut pistons) = (0.0, 0, 0);
         for BodyView { body, motion, .. } in bodies.into_iter().filter(|view| !view.body.is_fixed())
         {
             let at_rest = Motion {
                 velocity: DVec2::ZERO,
                 ..motion
             };
+            if body.is_piston() {
+                thermal.translation += kinetic_energy(&motion, body.inertia());
+                pistons += 1;
+                continue;
+            }
             let relative = motion.velocity - self.velocity;
             thermal.bodies += 1;
             thermal.translation += 0.5 * mass_times(body, relative).dot(relative);
@@ -152,10 +157,11 @@ impl CentreOfMassFrame {
             }
             mass_of_group += mass(body);
         }
+        thermal.degrees_of_freedom = f64::from(pistons);
         if thermal.bodies > 0 {
             let components = f64::from(self.conserved.bitmask().count_ones());
             let share_of_mass = mass_of_group / self.mass;
-            thermal.degrees_of_freedom =
+            thermal.degrees_of_freedom +=
                 (2 * thermal.bodies + turning) as f64 - components * share_of_mass;
         }
         thermal
@@ -196,13 +202,13 @@ impl View<'_> {
     }
 }
 
-/// The axes along which no fixed body can change the total momentum.
+/// The axes along which no fixed body and no piston can change the momentum of the molecules.
 pub(crate) fn conserved_momentum(world: &World) -> BVec2 {
     let fixed = world
         .bodies
         .iter()
         .zip(&world.motions)
-        .filter(|(body, _)| body.is_fixed());
+        .filter(|(body, _)| !body.is_free());
     fixed.fold(BVec2::TRUE, |conserved, (body, motion)| {
         conserved & !broken_by(body, motion)
     })

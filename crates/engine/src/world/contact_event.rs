@@ -10,7 +10,8 @@ use carom_geometry::Molecule;
 pub struct ContactEvent {
     /// Offset from the start of the epoch (time).
     pub time: f64,
-    /// The two bodies, in the order of [`World::bodies`](crate::World::bodies).
+    /// The two bodies, in the order of [`World::bodies`](crate::World::bodies). Where a piston
+    /// reaches a stop, both are the piston ([`Self::stop`]).
     pub bodies: [u32; 2],
     /// The image of the second body that is touched, in boxes relative to the positions of the two
     /// motions.
@@ -20,6 +21,22 @@ pub struct ContactEvent {
 }
 
 impl ContactEvent {
+    /// The event that a piston reaches one of its stops at `time` (offset in the epoch).
+    pub fn stop(piston: u32, time: f64) -> Self {
+        Self {
+            time,
+            bodies: [piston; 2],
+            image: [0; 2],
+            parts: TouchingParts::BoundingCircles,
+        }
+    }
+
+    /// Whether a piston reaches one of its stops.
+    #[inline]
+    pub fn is_stop(&self) -> bool {
+        self.bodies[0] == self.bodies[1]
+    }
+
     /// Orders contacts by time, then by the first body, then by the second body.
     pub fn in_order(&self, other: &Self) -> Ordering {
         self.time

@@ -105,7 +105,7 @@ pub struct Ledger {
     /// Energy taken by the drag of all bodies
     /// ([`Simulation::set_drag`](crate::Simulation::set_drag)).
     pub dragged: f64,
-    /// Work of gravity on all bodies: the loss of their potential energy.
+    /// Work of gravity on all bodies and of the forces on pistons: the loss of potential energy.
     #[doc(alias = "potential energy")]
     pub fallen: f64,
     /// `dragged` at the start of the epoch.
@@ -115,7 +115,7 @@ pub struct Ledger {
     pub(crate) dragged_from_lost: f64,
     /// `fallen` at the start of the epoch.
     pub(crate) fallen_before: f64,
-    /// Σ m g·x over all bodies at the start of the epoch.
+    /// Σ m a·x over all bodies at the start of the epoch.
     pub(crate) fell_from: f64,
 }
 
@@ -160,12 +160,12 @@ impl Ledger {
         (self.dragged_before, self.dragged_from_lost) = (self.dragged, 0.0);
     }
 
-    /// Books the work of gravity in this epoch up to now, from Σ m g·x over all bodies.
+    /// Books the work of gravity in this epoch up to now, from Σ m a·x over all bodies.
     pub(crate) fn book_gravity(&mut self, sum: f64) {
         self.fallen = self.fallen_before + (sum - self.fell_from);
     }
 
-    /// Begins an epoch with this sum of m g·x.
+    /// Begins an epoch with this sum of m a·x.
     pub(crate) fn restart_gravity(&mut self, sum: f64) {
         (self.fallen_before, self.fell_from) = (self.fallen, sum);
     }

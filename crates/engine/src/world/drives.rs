@@ -64,7 +64,13 @@ impl World {
     /// Whether some body may be driven.
     #[inline]
     pub(crate) fn is_driven(&self) -> bool {
-        !self.oscillations.is_empty() | self.has_gravity()
+        !self.oscillations.is_empty() | self.accelerates()
+    }
+
+    /// Whether some body that is not fixed is accelerated.
+    #[inline]
+    pub(crate) fn accelerates(&self) -> bool {
+        self.has_gravity() | self.has_forces()
     }
 
     /// Whether there is a gravity.
@@ -80,8 +86,12 @@ impl World {
         if !self.is_driven() {
             return None;
         }
+        if !self.bodies[body].is_fixed() {
+            let own = self.acceleration(body) - self.gravity;
+            return (own != DVec2::ZERO).then(|| Drive::acceleration(own));
+        }
         let oscillation = self.oscillation(body);
-        if self.has_gravity() && self.bodies[body].is_fixed() {
+        if self.has_gravity() {
             return Some(oscillation.unwrap_or_default().accelerated(-self.gravity));
         }
         oscillation
@@ -101,7 +111,21 @@ impl World {
             return None;
         }
         let [first, second] = bodies.map(|body| self.drive(body as usize));
-        second.or_else(|| first.map(|drive| -drive))
+        match (first, second) {
+            (Some(first), Some(second)) => {
+                // One of them is a piston, whose drive is an acceleration.
+                let own = |body: u32| self.acceleration(body as usize) - self.gravity;
+                let [a, b] = bodies;
+                if !self.bodies[a as usize].is_fixed() {
+                    Some(second.accelerated(-own(a)))
+                } else if !self.bodies[b as usize].is_fixed() {
+                    Some(-first.accelerated(-own(b)))
+                } else {
+                    Some(second)
+                }
+            }
+            (first, second) => second.or_else(|| first.map(|drive| -drive)),
+        }
     }
 
     /// The motion in the laboratory at a time (offset in the epoch) of a body with this motion in
@@ -118,20 +142,21 @@ impl World {
     #[cold]
     fn driven_motion_at(&self, body: u32, motion: &Motion, time: f64) -> Motion {
         let body = body as usize;
-        let drive = if self.has_gravity() && !self.bodies[body].is_fixed() {
-            Drive::acceleration(self.gravity)
-        } else {
+        let drive = if self.bodies[body].is_fixed() {
             self.oscillation(body).unwrap_or_default()
+        } else {
+            Drive::acceleration(self.acceleration(body))
         };
         drive.applied(motion, time)
     }
 
-    /// The motion in the falling frame of a body with this one in the laboratory, which begins now.
-    pub(crate) fn to_falling_frame(&self, body: u32, motion: &Motion) -> Motion {
-        if !self.has_gravity() || self.bodies[body as usize].is_fixed() {
+    /// The motion of a body in its own frame, the falling frame for all but pistons, of one with
+    /// this motion in the laboratory, which begins now.
+    pub(crate) fn to_own_frame(&self, body: u32, motion: &Motion) -> Motion {
+        if !self.accelerates() || self.bodies[body as usize].is_fixed() {
             return *motion;
         }
-        let fallen = self.falling_frame(motion.time);
+        let fallen = self.frame_of(body as usize, motion.time);
         Motion {
             position: motion.position - fallen.position,
             velocity: motion.velocity - fallen.velocity,
@@ -144,6 +169,12 @@ impl World {
         Drive::acceleration(self.gravity).deviation(0.0, time)
     }
 
+    /// Place and velocity of the own frame of a body that is not fixed at a time (offset in the
+    /// epoch).
+    pub(crate) fn frame_of(&self, body: usize, time: f64) -> DriveDeviation {
+        Drive::acceleration(self.acceleration(body)).deviation(0.0, time)
+    }
+
     /// The highest speed of a wall that oscillates (length per time).
     pub(crate) fn fastest_oscillation(&self) -> f64 {
         let oscillations = self.oscillations.iter().flatten();
@@ -151,8 +182,9 @@ impl World {
         speeds.fold(0.0, f64::max)
     }
 
-    /// Σ m g·x over all free bodies at a time (offset in the epoch), with their positions x without
-    /// periodic jumps: the potential energy with the opposite sign (mass × length² / time²).
+    /// Σ m a·x over all bodies that are not fixed at a time (offset in the epoch), with their
+    /// accelerations a and their positions x without periodic jumps: the potential energy with the
+    /// opposite sign (mass × length² / time²).
     pub(crate) fn negative_potential_energy(&self, time: f64) -> f64 {
         let free = (0..self.bodies.len()).filter(|&body| !self.bodies[body].is_fixed());
         let terms = free.map(|body| {
@@ -160,7 +192,7 @@ impl World {
                 .motion_at(body as u32, &self.motions[body], time)
                 .position
                 + self.bounds.shift(self.windings[body]);
-            self.bodies[body].molecule().mass() * self.gravity.dot(place)
+            self.acceleration(body).dot(place) / self.bodies[body].inertia().inverse_mass
         });
         exact_sum(terms)
     }
@@ -214,7 +246,7 @@ impl World {
         let fall = 2.0 * MAX_FALL * self.bounds.sides().min_element();
         oscillations
             .map(|oscillation| MAX_PHASE / oscillation.drive.frequency())
-            .fold((fall / self.gravity.length()).sqrt(), f64::min)
+            .fold((fall / self.largest_acceleration()).sqrt(), f64::min)
     }
 
     /// Sets or ends the oscillation of a wall (index in the order of [`Self::bodies`]), which is at

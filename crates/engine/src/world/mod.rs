@@ -9,6 +9,7 @@ pub(crate) mod drives;
 pub(crate) mod heat;
 pub(crate) mod index_or_none;
 pub(crate) mod pair_table;
+pub(crate) mod pistons;
 pub(crate) mod report;
 pub(crate) mod rounding_bound;
 pub(crate) mod tag_classes;
@@ -29,6 +30,7 @@ use crate::world::{
     counters::Ledger,
     drives::Oscillation,
     pair_table::PairTable,
+    pistons::Piston,
     tags::Tags,
     wall_table::WallTable,
 };
@@ -58,6 +60,8 @@ pub struct World {
     pub(crate) oscillations: Vec<Option<Oscillation>>,
     /// Acceleration of all free bodies (length per time squared).
     pub(crate) gravity: DVec2,
+    /// Walls with a mass, in the order of the bodies.
+    pub(crate) pistons: Vec<Piston>,
     /// Walls whose velocity changes at given times.
     pub(crate) wall_tables: Vec<WallTable>,
     /// Start of the epoch.
@@ -93,6 +97,7 @@ impl World {
             axes: Vec::new(),
             oscillations: Vec::new(),
             gravity: DVec2::ZERO,
+            pistons: Vec::new(),
             wall_tables: Vec::new(),
             epoch: EpochTime::ZERO,
             next_id: 0,
@@ -177,7 +182,7 @@ impl World {
 
     /// Whether motions within an epoch are those of a clock or a frame of their own.
     pub(crate) fn has_own_frame(&self) -> bool {
-        !self.clock.is_free() || self.has_gravity()
+        !self.clock.is_free() || self.accelerates()
     }
 
     /// Books what drag and gravity have done in this epoch up to `offset`, at which the motions are
@@ -187,7 +192,7 @@ impl World {
             ledger.book_drag(self.energy(), self.clock.slowing(offset));
         }
         // An epoch that has not begun has no sum of its start.
-        if self.has_gravity() && offset != 0.0 {
+        if self.accelerates() && offset != 0.0 {
             ledger.book_gravity(self.negative_potential_energy(offset));
         }
     }
@@ -198,7 +203,7 @@ impl World {
         let slowing = self.clock.slowing(offset);
         let bodies = self.motions.iter().zip(&self.bodies).enumerate();
         bodies.map(move |(index, (motion, body))| {
-            let motion = if self.has_gravity() {
+            let motion = if self.accelerates() {
                 self.motion_at(index as u32, motion, offset)
             } else {
                 *motion
@@ -218,12 +223,11 @@ impl World {
     /// bounding radius as distance. With rules for pairs of tags, the distance is an upper bound.
     pub(crate) fn farthest_reaching(&self) -> Option<(f64, [usize; 2])> {
         let radius = |index: usize| self.bodies[index].reach();
+        let is_free = |index: usize| self.bodies[index].is_free();
         // The first of several bodies of the same size.
         let largest = |skip: Option<usize>, fixed_too: bool| {
             (0..self.bodies.len())
-                .filter(|&index| {
-                    Some(index) != skip && (fixed_too || !self.bodies[index].is_fixed())
-                })
+                .filter(|&index| Some(index) != skip && (fixed_too || is_free(index)))
                 .reduce(|best, index| {
                     if radius(index) > radius(best) {
                         index
@@ -252,9 +256,7 @@ impl World {
         let atom = |index: usize| self.bodies[index].smallest_reach();
         let smallest = |skip: Option<usize>, fixed_too: bool| {
             (0..self.bodies.len())
-                .filter(|&index| {
-                    Some(index) != skip && (fixed_too || !self.bodies[index].is_fixed())
-                })
+                .filter(|&index| Some(index) != skip && (fixed_too || self.bodies[index].is_free()))
                 .map(|index| (atom(index), index))
                 .reduce(|best, other| if other.0 < best.0 { other } else { best })
         };
@@ -269,7 +271,7 @@ impl World {
         let mut groups: BTreeMap<(&Tags, bool), Vec<(f64, usize)>> = BTreeMap::new();
         for (index, body) in self.bodies.iter().enumerate() {
             let smallest = groups
-                .entry((&body.kind.tags, body.is_fixed()))
+                .entry((&body.kind.tags, !body.is_free()))
                 .or_default();
             smallest.push((body.smallest_reach(), index));
             smallest.sort_by(|one, other| one.0.total_cmp(&other.0));
@@ -318,7 +320,7 @@ impl World {
 
     /// The largest bounding radius of a body that moves (length).
     pub(crate) fn largest_moving_radius(&self) -> f64 {
-        let moving = self.bodies.iter().filter(|body| !body.is_fixed());
+        let moving = self.bodies.iter().filter(|body| body.is_free());
         moving
             .map(|body| body.kind.molecule.bounding_radius())
             .fold(0.0, f64::max)
@@ -342,6 +344,7 @@ impl World {
             + self.last_contacts.capacity() * size_of::<f64>()
             + self.axes.capacity() * size_of::<Option<Orientation>>()
             + self.oscillations.capacity() * size_of::<Option<Oscillation>>()
+            + self.pistons.capacity() * size_of::<Piston>()
     }
 
     pub(crate) fn insert(&mut self, kind: BodyKind, motion: Motion) -> BodyKey {
@@ -399,6 +402,7 @@ impl World {
         keep(&mut self.axes, &keeps);
         keep(&mut self.oscillations, &keeps);
         self.clear_ended_oscillations();
+        self.drop_removed_pistons();
         let bodies = &self.bodies;
         self.wall_tables
             .retain(|table| bodies.binary_search_by_key(&table.key, Body::key).is_ok());
@@ -411,6 +415,7 @@ impl World {
         self.windings.pop();
         self.axes.truncate(self.bodies.len());
         self.oscillations.truncate(self.bodies.len());
+        self.drop_removed_pistons();
         self.next_id -= 1;
     }
 
@@ -436,26 +441,32 @@ impl World {
     /// Moves all bodies to `offset` in the epoch and begins a new epoch there.
     pub(crate) fn rebase(&mut self, offset: f64) {
         let slowing = self.clock.slowing(offset);
-        let falls = self.has_gravity();
-        let fallen = self.falling_frame(offset);
+        let fallen = self.accelerates().then(|| self.falling_frame(offset));
+        let of_pistons: Vec<_> = self
+            .pistons()
+            .map(|piston| (piston, self.frame_of(piston, offset)))
+            .collect();
         for body in 0..self.oscillations.len() {
             if let Some(motion) = self.restart_oscillation(body, offset) {
                 self.motions[body] = motion;
             }
         }
-        for ((motion, body), winding) in self
+        for (index, ((motion, body), winding)) in self
             .motions
             .iter_mut()
             .zip(&self.bodies)
             .zip(&mut self.windings)
+            .enumerate()
         {
             if body.is_fixed() && motion.is_at_rest() && motion.time == 0.0 {
                 continue;
             }
             let mut here = motion.at(offset).slowed(slowing);
-            if falls && !body.is_fixed() {
-                here.position += fallen.position;
-                here.velocity += fallen.velocity;
+            if let Some(fallen) = fallen.as_ref().filter(|_| !body.is_fixed()) {
+                let piston = of_pistons.iter().find(|(piston, _)| *piston == index);
+                let frame = piston.map_or(fallen, |(_, frame)| frame);
+                here.position += frame.position;
+                here.velocity += frame.velocity;
             }
             let (position, image) = self.bounds.wrap(here.position);
             *motion = Motion {

@@ -135,7 +135,7 @@ impl<'a> View<'a> {
 
     /// Kinetic energy of all bodies (mass × length² / time²).
     pub fn energy(&self) -> f64 {
-        if self.world.has_gravity() {
+        if self.world.accelerates() {
             return exact_sum(self.world.energies_at(self.offset));
         }
         let slowing = self.world.clock.slowing(self.offset);

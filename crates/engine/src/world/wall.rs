@@ -70,6 +70,11 @@ impl StandingWall {
         Some((Self::new(body, &middle)?, way))
     }
 
+    /// Half its thickness (length).
+    pub(crate) fn thickness(&self) -> f64 {
+        self.edge.radius()
+    }
+
     /// Its middle (length).
     pub(crate) fn middle(&self) -> DVec2 {
         self.centre

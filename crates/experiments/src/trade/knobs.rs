@@ -95,10 +95,7 @@ const MIN_STEP: i32 = 4;
 
 /// The knobs that apply to the bodies of a view, and those that do not.
 pub fn knobs(view: &View<'_>) -> (Vec<Knob>, Vec<LeftOutKnob>) {
-    let mut moving = view
-        .bodies()
-        .filter(|body| !body.body.is_fixed())
-        .peekable();
+    let mut moving = view.bodies().filter(|body| body.body.is_free()).peekable();
     let turns = moving.any(|body| !body.body.molecule().is_round() && !body.body.is_locked());
     let has_shapes = view
         .bodies()
@@ -295,7 +292,7 @@ const MAX_CELLS: u32 = 2000;
 pub fn finest_safe(view: &View<'_>) -> u32 {
     let radius = |fixed: bool| {
         let is_listed =
-            move |view: &BodyView<'_>| !view.body.is_wall() && (fixed || !view.body.is_fixed());
+            move |view: &BodyView<'_>| !view.body.is_wall() && (fixed || view.body.is_free());
         let radii = view.bodies().filter(is_listed);
         let mut radii: Vec<f64> = radii
             .map(|view| view.body.molecule().bounding_radius())

@@ -123,7 +123,7 @@ fn start<'a>(
     let left = || (1.0 - RESERVE) * seconds - begun.elapsed().as_secs_f64();
     let mut along = Along::settle(scene, course, plan::from_now(SETTLED * left()))?;
     let view = along.course.simulation().view();
-    let moving = view.bodies().filter(|body| !body.body.is_fixed()).count();
+    let moving = view.bodies().filter(|body| body.body.is_free()).count();
     let bodies = view.len();
     ensure!(
         bodies > 1 && moving > 0,

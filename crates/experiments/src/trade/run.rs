@@ -80,7 +80,7 @@ pub fn of_scene(given: Prepared<'_>, plan: &TradePlan, progress: &Progress) -> R
     let moving = simulation
         .view()
         .bodies()
-        .filter(|body| !body.body.is_fixed())
+        .filter(|body| body.body.is_free())
         .count();
     let mut found: Vec<KnobResult> = knobs.into_iter().map(KnobResult::new).collect();
     let (nanoseconds, turn) = times(&given, plan, &mut found, progress)?;

@@ -164,7 +164,7 @@ impl<'a> Along<'a> {
 fn moving(course: &Course<'_>) -> f64 {
     let view = course.simulation().view();
     view.bodies()
-        .filter(|body| !body.body.is_fixed())
+        .filter(|body| body.body.is_free())
         .count()
         .max(1) as f64
 }

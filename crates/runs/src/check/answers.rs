@@ -184,7 +184,7 @@ fn measured(measure_from: MeasureFrom, scene: &Scene, per_body: Option<f64>, fro
 pub(super) fn mean_speed(view: &View<'_>) -> Option<f64> {
     let speeds = view
         .bodies()
-        .filter(|body| !body.body.is_fixed())
+        .filter(|body| body.body.is_free())
         .map(|body| body.motion.velocity.length());
     let (sum, count) = speeds.fold((0.0, 0.0), |(sum, count), speed| (sum + speed, count + 1.0));
     (sum > 0.0).then(|| sum / count)

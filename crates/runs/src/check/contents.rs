@@ -78,7 +78,7 @@ impl CheckedContents {
         for (index, BodyView { body, motion, .. }) in view.bodies().enumerate() {
             let molecule = body.molecule();
             area += molecule.area();
-            moving += usize::from(!body.is_fixed());
+            moving += usize::from(body.is_free());
             turning += usize::from(body.can_turn());
             let group = (
                 body.tags(),

@@ -121,7 +121,7 @@ impl Extremes {
             all.atoms = all.atoms.max(molecule.atoms().len());
             all.area += molecule.area();
             all.is_equal_discs &= molecule.is_disc() && all.radii[0] == all.radii[1];
-            if body.body.is_fixed() {
+            if !body.body.is_free() {
                 continue;
             }
             all.masses = widen(all.masses, molecule.mass());

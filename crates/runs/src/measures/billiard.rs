@@ -51,7 +51,7 @@ impl Billiard {
     /// the disc can go around each molecule.
     pub(super) fn new(view: &View<'_>) -> Option<Self> {
         let fixed = || view.bodies().filter(|body| body.body.is_fixed());
-        let mut moving = view.bodies().filter(|body| !body.body.is_fixed());
+        let mut moving = view.bodies().filter(|body| body.body.is_free());
         let (mover, another) = (moving.next()?.body, moving.next());
         let count = view.len() - 1;
         if another.is_some()

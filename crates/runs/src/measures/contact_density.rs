@@ -33,7 +33,7 @@ pub(super) fn observer(selection: &Selection<'_>) -> Result<ContactDensity> {
         "the body has straight edges, and bins exist around atoms only; `kicks` measures the shares of the edges"
     );
     let is_of_a_gas = |other: &BodyView<'_>| {
-        let disc = other.body.molecule().is_disc() && !other.body.is_fixed();
+        let disc = other.body.molecule().is_disc() && other.body.is_free();
         disc && other.body.key() != body.body.key()
     };
     let mut radii = selection

@@ -57,7 +57,7 @@ impl Observer for Front {
     fn sample(&mut self, view: &View<'_>) {
         let members = view
             .bodies()
-            .filter(|member| !member.body.is_fixed() && self.group.contains(member.body));
+            .filter(|member| member.body.is_free() && self.group.contains(member.body));
         let (mut outward, mut moment, mut thermal) = (0.0, 0.0, 0.0);
         for member in members {
             let away = view

@@ -63,7 +63,7 @@ impl HardDiscs {
                 && other.bounding_radius() == one.bounding_radius()
                 && other.mass() == one.mass()
         };
-        if view.bodies().any(|body| body.body.is_fixed()) {
+        if view.bodies().any(|body| !body.body.is_free()) {
             return no("some bodies are fixed");
         }
         if !view.bodies().all(is_same) {

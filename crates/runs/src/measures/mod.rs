@@ -33,6 +33,7 @@ mod measured;
 mod orientation;
 mod overlap;
 mod pair_distribution;
+mod piston;
 mod pressure;
 mod pressure_tensor;
 mod profile;
@@ -84,7 +85,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 39] = [
+pub const KINDS: [MeasureKind; 40] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -122,6 +123,7 @@ pub const KINDS: [MeasureKind; 39] = [
     wall_energy::HEAT,
     wall_pressure::KIND,
     wall_energy::WORK,
+    piston::KIND,
     impulses::KIND,
     events::KIND,
 ];

@@ -172,7 +172,7 @@ fn slab(view: &View<'_>, axis: usize) -> Option<[f64; 2]> {
 fn equal_discs(selection: &Selection<'_>) -> Option<[f64; 2]> {
     let moving = || {
         let bodies = selection.view.bodies();
-        bodies.filter(|body| !body.body.is_fixed())
+        bodies.filter(|body| body.body.is_free())
     };
     let facts = |body: BodyView<'_>| {
         let molecule = body.body.molecule();

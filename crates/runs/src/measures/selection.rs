@@ -172,7 +172,7 @@ impl<'a> Selection<'a> {
     pub fn moving(&self) -> impl Iterator<Item = BodyView<'a>> {
         self.view
             .bodies()
-            .filter(|body| !body.body.is_fixed() && self.group.contains(body.body))
+            .filter(|body| body.body.is_free() && self.group.contains(body.body))
     }
 
     /// The kind of the first body with the tag of the measure in the numbering of pictures; 0 for

@@ -28,7 +28,7 @@ impl Thermal {
         let mass = |body: &BodyView<'_>| 1.0 / body.body.inertia().inverse_mass;
         let all: f64 = view
             .bodies()
-            .filter(|body| !body.body.is_fixed())
+            .filter(|body| body.body.is_free())
             .map(|body| mass(&body))
             .sum();
         let mut of_group: Vec<f64> = selection.moving().map(|body| mass(&body)).collect();

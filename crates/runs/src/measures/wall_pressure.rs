@@ -55,7 +55,7 @@ struct OfGas {
 impl OfGas {
     fn new(selection: &Selection<'_>) -> anyhow::Result<Self> {
         let view = selection.view;
-        let moving = || view.bodies().filter(|body| !body.body.is_fixed());
+        let moving = || view.bodies().filter(|body| body.body.is_free());
         let radii = || moving().map(|body| body.body.molecule().bounding_radius());
         let far = selection
             .given("far")

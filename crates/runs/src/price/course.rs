@@ -203,7 +203,7 @@ impl<'a> Course<'a> {
 /// and of contacts with fixed bodies before and after; `None` without a contact.
 pub fn mean_time(simulation: &AnySimulation, before: [u64; 2], duration: f64) -> Option<f64> {
     let view = simulation.view();
-    let moving = view.bodies().filter(|view| !view.body.is_fixed()).count() as f64;
+    let moving = view.bodies().filter(|view| view.body.is_free()).count() as f64;
     let [all, fixed] = contacts(simulation);
     // A contact of two moving bodies counts for both.
     let each = 2 * (all - before[0]) - (fixed - before[1]);

@@ -12,7 +12,7 @@ use carom::{Atom, View};
 /// smallest atom that moves.
 pub fn growth(view: &View<'_>, tau: f64) -> f64 {
     let (mut squares, mut moving, mut least) = (0.0, 0.0, f64::INFINITY);
-    for body in view.bodies().filter(|body| !body.body.is_fixed()) {
+    for body in view.bodies().filter(|body| body.body.is_free()) {
         squares += body.motion.velocity.length_squared();
         moving += 1.0;
         let molecule = body.body.molecule();

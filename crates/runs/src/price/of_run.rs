@@ -123,7 +123,7 @@ fn replays(simulation: &AnySimulation, tau: f64) -> (f64, u32) {
     let moving = simulation
         .view()
         .bodies()
-        .filter(|body| !body.body.is_fixed())
+        .filter(|body| body.body.is_free())
         .count() as f64;
     let requested = (SHARE * collisions as f64).clamp(CONTACTS[0], CONTACTS[1]);
     let of_tau = collisions as f64 * tau / age;

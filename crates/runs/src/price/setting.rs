@@ -45,7 +45,7 @@ impl Setting {
         }
         if self.locked {
             let view = simulation.view();
-            let moving = view.bodies().filter(|view| !view.body.is_fixed());
+            let moving = view.bodies().filter(|view| view.body.is_free());
             let keys: Vec<_> = moving.map(|view| view.body.key()).collect();
             simulation.edit(|batch| {
                 keys.iter()

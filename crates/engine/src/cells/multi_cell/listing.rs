@@ -8,6 +8,7 @@ use crate::{
     cells::{
         body_record::NO_CELL,
         cell_grid::CellGrid,
+        frame::CellFrame,
         state::CellState,
         walls::{cells_of_wall, near_wall},
     },
@@ -68,12 +69,7 @@ impl CellState {
         let mut bodies: Vec<u32> = Vec::new();
         for cell in &multi_cell_body.cells {
             if before.binary_search_by_key(&order(cell), order).is_err() {
-                let around = self.neighbour_lists.seen_from(cell.index);
-                let inside = around.map(|(body, _)| body).filter(|&body| {
-                    let own = self.records[body as usize].cell();
-                    self.neighbour_lists.index(own) == cell.index
-                });
-                bodies.extend(inside);
+                bodies.extend(self.bodies_in(cell.index));
             }
         }
         let neighbours = multi_cell_body.neighbours.iter();
@@ -109,6 +105,17 @@ impl CellState {
         multi_cell_body.listed_until = until;
     }
 
+    /// Sets the strip about its present place for which a piston is listed from now on.
+    fn set_strip(&mut self, world: &World, index: usize, now: f64) {
+        let side = self.grid.side().min_element();
+        let multi_cell_body = &mut self.multi_cell.list[index];
+        let here = multi_cell_body.motion_at(now);
+        let body = &world.bodies[multi_cell_body.body as usize];
+        multi_cell_body.wall = StandingWall::new(body, &here);
+        multi_cell_body.centre = here.position;
+        multi_cell_body.shell = 0.5 * SPAN * side;
+    }
+
     /// Lists a multi-cell body around its present place.
     fn list_body(&mut self, world: &World, index: usize, now: f64) {
         self.unlist_body(index);
@@ -116,7 +123,7 @@ impl CellState {
         let multi_cell_body = &mut self.multi_cell.list[index];
         let body = multi_cell_body.body as usize;
         let (place, image) = bounds.wrap(multi_cell_body.motion.position_at(now));
-        if image != [0, 0] && !multi_cell_body.fixed {
+        if image != [0, 0] && !multi_cell_body.fixed && multi_cell_body.wall.is_none() {
             multi_cell_body.motion.position -= bounds.shift(image);
             self.records[body].set_motion(&multi_cell_body.motion);
             let winding = &mut self.windings[body];
@@ -135,6 +142,8 @@ impl CellState {
         };
         if self.multi_cell.list[index].is_moving_fixed() {
             self.set_span(world, index, now);
+        } else if self.multi_cell.list[index].is_piston() {
+            self.set_strip(world, index, now);
         }
         self.list_in_cells(index);
         self.find_neighbours(bounds, index);
@@ -212,6 +221,7 @@ impl CellState {
                 let there = &multi_cell.list[found.index as usize];
                 if found.index == own_index
                     || (multi_cell_body.fixed && there.fixed)
+                    || (multi_cell_body.wall.is_some() && there.wall.is_some())
                     || neighbours.contains(&found)
                 {
                     continue;
@@ -242,6 +252,17 @@ impl CellState {
                 });
         }
         multi_cell.list[index].neighbours = neighbours;
+    }
+}
+
+impl<F: CellFrame> CellState<F> {
+    /// The bodies that live in a cell.
+    pub(super) fn bodies_in(&self, cell: u32) -> impl Iterator<Item = u32> {
+        let around = self.neighbour_lists.seen_from(cell);
+        around.map(|(body, _)| body).filter(move |&body| {
+            let own = self.records[body as usize].cell();
+            self.neighbour_lists.index(own) == cell
+        })
     }
 }
 

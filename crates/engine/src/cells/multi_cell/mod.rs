@@ -16,6 +16,9 @@
 //! that span: h is then the largest distance of a point of the wall from its place in the middle of
 //! the span. At the end of the span the wall is listed anew, and the bodies in the cells that it
 //! has entered are predicted. Its motion never changes, so that it is not predicted itself.
+//!
+//! A piston, a wall that contacts push, is predicted like any body that moves, against the bodies
+//! in the cells that list it. Its shell is a strip about the place where it was last listed.
 
 mod covered;
 mod earliest_event;
@@ -138,6 +141,25 @@ impl MultiCellBody {
 }
 
 impl MultiCellBody {
+    /// Whether it is a wall that contacts push.
+    fn is_piston(&self) -> bool {
+        !self.fixed && self.wall.is_some()
+    }
+
+    /// Its motion now, in the falling frame.
+    fn motion_at(&self, now: f64) -> Motion {
+        match &self.drive {
+            None => self.motion.at(now),
+            Some(drive) => drive.applied(&self.motion, now),
+        }
+    }
+
+    /// A bound on the speed of a piston until `limit` (offset in the epoch).
+    fn max_speed(&self, limit: f64) -> f64 {
+        let of_drive = self.drive.map_or(0.0, |drive| drive.max_speed(limit));
+        self.motion.velocity.length() + of_drive
+    }
+
     /// Whether it is a fixed body that moves.
     fn is_moving_fixed(&self) -> bool {
         self.fixed && (!self.motion.is_at_rest() || self.drive.is_some())

@@ -8,6 +8,7 @@
 //! bodies of the cell one by one: by their bounding circles, then by their atoms.
 
 use carom_detection::{DISC_LANES, Detection, QueryBody};
+use glam::DVec2;
 
 use super::{EarliestEvent, Listed, MultiCellBody, Surroundings};
 use crate::{
@@ -43,6 +44,9 @@ impl<F: CellFrame> CellState<F> {
         };
         let multi_cell_body = &self.multi_cell.list[index];
         let mut best = EarliestEvent::before(leaves_shell(multi_cell_body, now), RecordKind::Shell);
+        if multi_cell_body.is_piston() {
+            best = self.first_event_of_piston(world, multi_cell_body, now);
+        }
         if multi_cell_body.is_disc_among_discs {
             let pairs = self.search_discs_around(
                 kernel,
@@ -84,6 +88,12 @@ impl<F: CellFrame> CellState<F> {
             seen,
             candidates,
         } = &mut around;
+        if multi_cell_body.drive.is_some() {
+            self.bound_by_speeds(multi_cell_body, now, (slots, seen), candidates);
+            slots.clear();
+            seen.clear();
+            candidates.retain(|other| Some(other.index) != except);
+        }
         slots.resize(slots.len().next_multiple_of(DISC_LANES), self.dummy());
         for eight in slots.as_chunks::<DISC_LANES>().0 {
             let bounds = detection.contact_time_lower_bounds(
@@ -176,6 +186,72 @@ impl<F: CellFrame> CellState<F> {
         }
     }
 
+    /// The event of a piston without contacts: it reaches a stop, or leaves its strip.
+    #[cold]
+    fn first_event_of_piston(
+        &self,
+        world: &World,
+        piston: &MultiCellBody,
+        now: f64,
+    ) -> EarliestEvent {
+        let speed = piston.max_speed(self.limit);
+        let way = (piston.motion_at(now).position - piston.centre).length();
+        let left = (piston.shell * (1.0 - 1e-9) - way).max(0.0);
+        let leaves = if speed == 0.0 {
+            f64::INFINITY
+        } else {
+            now + left / speed
+        };
+        let stop = world.stop_time(piston.body, &piston.motion, now);
+        if stop <= leaves {
+            EarliestEvent::before(stop, RecordKind::Stop)
+        } else {
+            EarliestEvent::before(leaves, RecordKind::Shell)
+        }
+    }
+
+    /// Adds the bodies around a piston that a force pushes as candidates, with the time in which
+    /// they come together at their top speeds.
+    #[cold]
+    fn bound_by_speeds(
+        &self,
+        piston: &MultiCellBody,
+        now: f64,
+        (slots, seen): (&[u32], &[Listed]),
+        candidates: &mut Candidates<Listed>,
+    ) {
+        let Some(wall) = &piston.wall else { return };
+        let [first, second] = wall.ends();
+        let normal = (second - first).normalize_or_zero().perp();
+        let here = piston.motion_at(now).position;
+        let own_speed = piston.max_speed(self.limit);
+        let unshifted = slots.iter().map(|&index| Listed {
+            index,
+            image: [0; 2],
+        });
+        for other in unshifted.chain(seen.iter().copied()) {
+            if other.index == self.dummy() {
+                continue;
+            }
+            let record = &self.records[other.index as usize];
+            let shift = DVec2::new(
+                f64::from(other.image[0]) * self.sides[0],
+                f64::from(other.image[1]) * self.sides[1],
+            );
+            let place = record.origin() + record.velocity() * now + shift;
+            let distance = (place - here).dot(normal).abs() - record.radius() - wall.thickness();
+            let speed = own_speed + record.velocity().length();
+            let bound = (distance * (1.0 - 1e-9) - self.separation_error).max(0.0) / speed;
+            if bound < f64::INFINITY {
+                candidates.push(Candidate {
+                    bound,
+                    item: other,
+                    is_tight: true,
+                });
+            }
+        }
+    }
+
     /// The neighbours of a body for which no bound of the broad phase holds, because they are
     /// driven.
     fn driven_neighbours(
@@ -196,6 +272,20 @@ impl<F: CellFrame> CellState<F> {
 
     /// Collects the discs around a multi-cell body from the neighbour lists of its tiles.
     fn gather_discs(&self, multi_cell_body: &MultiCellBody, around: &mut Surroundings) {
+        if multi_cell_body.is_piston() {
+            for cell in &multi_cell_body.cells {
+                let inside = self.bodies_in(cell.index);
+                if cell.image == [0; 2] {
+                    around.slots.extend(inside);
+                } else {
+                    around.seen.extend(inside.map(|index| Listed {
+                        index,
+                        image: cell.image,
+                    }));
+                }
+            }
+            return;
+        }
         for tile in &multi_cell_body.tiles {
             let list = self.neighbour_lists.list_of(tile.index);
             if tile.image == [0; 2] && !list.at_border {

@@ -24,7 +24,7 @@ impl<O> FromGas<O> {
         bodies.iter().any(|body| body.key() == self.body)
             && bodies
                 .iter()
-                .all(|body| body.key() == self.body || !body.is_fixed())
+                .all(|body| body.key() == self.body || body.is_free())
     }
 }
 

@@ -46,7 +46,7 @@ impl Surroundings {
         let others = || view.bodies().filter(|other| other.body.key() != key);
         let moving = || {
             others()
-                .filter(|other| !other.body.is_fixed())
+                .filter(|other| other.body.is_free())
                 .map(|other| other.body)
         };
         let first = moving().next()?;
@@ -114,7 +114,7 @@ fn has_full_pocket(view: &View<'_>, body: &BodyView<'_>, disc: &Body) -> bool {
     // Turns the frame of the box into that of the body.
     let turn = body.motion.orientation.cos_sin() * DVec2::new(1.0, -1.0);
     view.bodies()
-        .filter(|other| !other.body.is_fixed() && other.body.key() != body.body.key())
+        .filter(|other| other.body.is_free() && other.body.key() != body.body.key())
         .any(|other| {
             let apart = view
                 .bounds()

@@ -1,0 +1,271 @@
+//! Pistons of a scene: walls at rest while the gases are placed, which get their masses afterwards.
+
+use std::sync::Arc;
+
+use carom_geometry::{MAX_MAGNITUDE, MIN_MAGNITUDE, check_length};
+use carom_kinematics::Motion;
+use glam::DVec2;
+
+use crate::{
+    contact::limits::refuse_slow,
+    scene::{Scene, WallSpec, error::SceneError, piston_spec::PistonSpec},
+    start::single_bodies::add_wall,
+    world::{
+        World,
+        body::{Body, BodyKey, BodyName},
+        pistons::{Piston, axis_across},
+        tags::TagNames,
+        wall::StandingWall,
+    },
+};
+
+/// Room left between a piston at its stop and the wall that is its default, in sides of the box:
+/// more than all rounding.
+const ROOM: f64 = 1e-9;
+
+/// Adds the wall of a piston, at rest and of infinite mass; overlaps are checked by the caller.
+pub(crate) fn add_piston(
+    world: &mut World,
+    names: &mut TagNames,
+    spec: &PistonSpec,
+    entry: &str,
+) -> Result<BodyKey, SceneError> {
+    let (x, y) = (spec.x, spec.y);
+    if x.is_some() == y.is_some() {
+        return Err(problem(entry, "give a piston `x` or `y`".to_owned()));
+    }
+    let wall = WallSpec {
+        tags: spec.tags.clone(),
+        x,
+        y,
+        radius: spec.radius,
+        ..WallSpec::default()
+    };
+    add_wall(world, names, &wall, entry)
+}
+
+/// Gives the pistons of a scene their masses, velocities and stops. `entries` are the entries of
+/// the first bodies of the world.
+pub(crate) fn free_pistons(
+    world: &mut World,
+    scene: &Scene,
+    entries: &[String],
+) -> Result<(), SceneError> {
+    let is_piston = |entry: &String| entry.starts_with("piston[");
+    let Some(first) = entries.iter().position(is_piston) else {
+        return Ok(());
+    };
+    for (spec, index) in scene.piston.iter().zip(first..) {
+        free_piston(world, spec, index, &entries[index])?;
+    }
+    Ok(())
+}
+
+/// Gives a wall at rest across the box (index in the order of the bodies) the mass, velocity and
+/// stops of a piston.
+fn free_piston(
+    world: &mut World,
+    spec: &PistonSpec,
+    index: usize,
+    entry: &str,
+) -> Result<(), SceneError> {
+    let refused = |text: String| Err(problem(entry, text));
+    let geometry = |reason| SceneError::Geometry {
+        entry: entry.to_owned(),
+        reason,
+    };
+    for number in spec
+        .stops
+        .into_iter()
+        .flatten()
+        .chain([spec.velocity, spec.force])
+    {
+        check_length("a number of a piston", number).map_err(geometry)?;
+    }
+    let Some(axis) = axis_across(&world.bodies[index]) else {
+        return refused("a piston must be a wall across the box".to_owned());
+    };
+    if !(MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&spec.mass) {
+        return refused(format!(
+            "`mass` must be from {MIN_MAGNITUDE:e} to {MAX_MAGNITUDE:e}, but is {:e}",
+            spec.mass
+        ));
+    }
+    let side = world.bounds.sides()[axis];
+    let place = world.motions[index].position[axis];
+    let stops = match spec.stops {
+        Some(stops) => stops,
+        None => default_stops(world, index, axis).ok_or_else(|| {
+            problem(
+                entry,
+                "a piston needs `stops` where no other wall across the box is parallel to it"
+                    .to_owned(),
+            )
+        })?,
+    };
+    let piston = Piston {
+        key: world.bodies[index].key(),
+        mass: spec.mass,
+        force: spec.force,
+        stops,
+    };
+    if !piston.is_valid(side) {
+        return refused(format!(
+            "`stops` must ascend between 0 and the side of the box, {side:e}, and the acceleration force/mass must be 0 \
+             or from {MIN_MAGNITUDE:e} to {MAX_MAGNITUDE:e}, but the stops are {:e} and {:e}, and the acceleration is \
+             {:e}",
+            stops[0],
+            stops[1],
+            spec.force / spec.mass
+        ));
+    }
+    if !(stops[0] <= place && place <= stops[1]) {
+        return refused(format!(
+            "a piston must begin between its stops, {:e} and {:e}, but is at {place:e}",
+            stops[0], stops[1]
+        ));
+    }
+    let motion = Motion {
+        velocity: DVec2::AXES[axis] * spec.velocity,
+        ..world.motions[index]
+    };
+    refuse_slow(entry, &motion, 0.0)?;
+    world.motions[index] = motion;
+    Arc::make_mut(&mut world.bodies[index].kind).inertia = piston.inertia();
+    world.pistons.push(piston);
+    Ok(())
+}
+
+/// The places at which a piston would touch the nearest parallel walls on its two sides, less some
+/// room; `None` without any.
+fn default_stops(world: &World, index: usize, axis: usize) -> Option<[f64; 2]> {
+    let (body, place) = (&world.bodies[index], world.motions[index].position[axis]);
+    let side = world.bounds.sides()[axis];
+    let walls = world.bodies.iter().zip(&world.motions).enumerate();
+    let parallel = walls.filter(|&(other, (wall, _))| {
+        other != index && wall.is_fixed() && axis_across(wall) == Some(axis)
+    });
+    let mut stops = [f64::NEG_INFINITY, f64::INFINITY];
+    for (_, (wall, motion)) in parallel {
+        let reach = body.reach() + wall.reach() + ROOM * side;
+        for image in -1..=1 {
+            let face = motion.position[axis] + f64::from(image) * side;
+            if face <= place {
+                stops[0] = stops[0].max(face + reach);
+            } else {
+                stops[1] = stops[1].min(face - reach);
+            }
+        }
+    }
+    stops.iter().all(|stop| stop.is_finite()).then_some(stops)
+}
+
+/// Refuses pistons that may meet another piston or a wall, that are rough, or that have a drag.
+pub(crate) fn refuse_pistons(world: &World, names: &TagNames) -> Result<(), SceneError> {
+    for piston in world.pistons() {
+        let name = BodyName::new(&world.bodies[piston], names).to_string();
+        refuse_piston(world, piston).map_err(|text| problem(&name, text))?;
+    }
+    Ok(())
+}
+
+/// The reason why a piston cannot be run.
+fn refuse_piston(world: &World, index: usize) -> Result<(), String> {
+    let body = &world.bodies[index];
+    let (Some(piston), Some(axis)) = (world.piston(index), axis_across(body)) else {
+        return Err("a piston must be a wall across the box".to_owned());
+    };
+    if !world.clock.is_free() {
+        return Err(
+            "a piston and a drag cannot be in one system yet: set the drag to 0".to_owned(),
+        );
+    }
+    if body.kind.has_rough_contacts {
+        return Err(
+            "a piston must be smooth: give its contacts `tangential` -1, or leave `tangential` out"
+                .to_owned(),
+        );
+    }
+    let side = world.bounds.sides()[axis];
+    let [low, high] = [
+        piston.stops[0] - body.reach(),
+        piston.stops[1] + body.reach(),
+    ];
+    let enters = |from: f64, to: f64| {
+        let images = [-1.0, 0.0, 1.0].map(|image| image * side);
+        images
+            .iter()
+            .any(|shift| from + shift < high && to + shift > low)
+    };
+    for (other, wall) in world.bodies.iter().enumerate() {
+        if other == index || !wall.is_wall() {
+            continue;
+        }
+        let motion = &world.motions[other];
+        let moves = wall.is_fixed()
+            && (!motion.is_at_rest()
+                || world.oscillation(other).is_some()
+                || world
+                    .wall_tables
+                    .iter()
+                    .any(|table| table.key == wall.key()));
+        let range = range_of(world, other, wall, motion, axis);
+        let Some([from, to]) = range else {
+            // A wall across the box along the axis of the piston: both cross everywhere.
+            if world.piston(other).is_some() {
+                return Err("all pistons of a system must move along the same axis".to_owned());
+            }
+            continue;
+        };
+        if moves {
+            return Err(
+                "a piston cannot be in one system with a wall that moves along its axis or has end points yet"
+                    .to_owned(),
+            );
+        }
+        if enters(from, to) {
+            return Err(format!(
+                "the piston may meet a wall or another piston that lies from {from:e} to {to:e}, between its stops {:e} \
+                 and {:e}: choose other `stops`",
+                piston.stops[0], piston.stops[1]
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// The places of a wall along an axis (length), of another piston all that it can reach; `None` for
+/// a wall across the box along this axis.
+fn range_of(
+    world: &World,
+    index: usize,
+    wall: &Body,
+    motion: &Motion,
+    axis: usize,
+) -> Option<[f64; 2]> {
+    let reach = wall.reach();
+    let (middle, half) = match axis_across(wall) {
+        Some(own) if own != axis => return None,
+        Some(_) => {
+            let [low, high] = world
+                .piston(index)
+                .map_or([motion.position[axis]; 2], |piston| piston.stops);
+            (0.5 * (low + high), 0.5 * (high - low))
+        }
+        None => {
+            let standing = StandingWall::new(wall, motion)?;
+            let [low, high] = standing.extent().map(|corner| corner[axis]);
+            (0.5 * (low + high), 0.5 * (high - low))
+        }
+    };
+    let side = world.bounds.sides()[axis];
+    let middle = middle - side * (middle / side).floor();
+    Some([middle - half - reach, middle + half + reach])
+}
+
+fn problem(entry: &str, problem: String) -> SceneError {
+    SceneError::Entry {
+        entry: entry.to_owned(),
+        problem,
+    }
+}

@@ -1,0 +1,245 @@
+//! Pistons: walls with a mass, which contacts, a force and their stops move.
+
+use carom_detection::Exact;
+use carom_engine::{
+    CellScheduler, CellsPerSide, HeapScheduler, Instructions, Scene, SceneError, Simulation,
+};
+use carom_response::Impact;
+
+fn scene(text: &str) -> Scene {
+    Scene::from_toml(text).unwrap()
+}
+
+/// The place and velocity of the piston, which is the last wall of the scene.
+fn piston<S: carom_engine::scheduler::Scheduler>(
+    simulation: &Simulation<Exact, Impact, S>,
+) -> [f64; 2] {
+    let view = simulation.view();
+    let piston = view.bodies().find(|body| body.body.is_piston()).unwrap();
+    [piston.motion.position.x, piston.motion.velocity.x]
+}
+
+/// Two balls on both sides of a piston between two walls: a system of three bodies on a line, whose
+/// events follow from their places and velocities alone.
+#[test]
+fn two_balls_beside_a_piston_follow_the_collisions_on_a_line() {
+    let text = "[[wall]]\nx = 0.0\n[[piston]]\nx = 0.5\nradius = 0.03125\nmass = 7.0\nvelocity = 0.25\n\
+        [[molecule]]\nshape = \"disc\"\natom_radius = 0.0625\natom_mass = 2.0\nat = [0.25, 0.5]\nvelocity = [1.0, 0.0]\n\
+        [[molecule]]\nshape = \"disc\"\natom_radius = 0.125\natom_mass = 3.0\nat = [0.75, 0.25]\nvelocity = [-0.5, 0.0]";
+    let scene = scene(text);
+    let mut cells = Simulation::<Exact, Impact, CellScheduler>::with(
+        &scene,
+        Exact::default(),
+        Impact,
+        Instructions::Widest,
+    )
+    .unwrap();
+    let mut heap = Simulation::<Exact, Impact, HeapScheduler>::with(
+        &scene,
+        Exact::default(),
+        Impact,
+        CellsPerSide::Automatic,
+    )
+    .unwrap();
+    let masses = [2.0, 7.0, 3.0];
+    let (mut places, mut velocities) = ([0.25_f64, 0.5, 0.75], [1.0_f64, 0.25, -0.5]);
+    let mut time = 0.0;
+    for contact in 0..300 {
+        // Rooms between left wall, ball, piston, ball, right wall.
+        let rooms = [
+            places[0] - 0.0625,
+            places[1] - places[0] - 0.09375,
+            places[2] - places[1] - 0.15625,
+            1.0 - 0.125 - places[2],
+        ];
+        let closing = [
+            -velocities[0],
+            velocities[0] - velocities[1],
+            velocities[1] - velocities[2],
+            velocities[2],
+        ];
+        let (next, wait) = (0..4)
+            .filter(|&room| closing[room] > 0.0)
+            .map(|room| (room, rooms[room] / closing[room]))
+            .min_by(|one, other| one.1.total_cmp(&other.1))
+            .unwrap();
+        time += wait;
+        for body in 0..3 {
+            places[body] += velocities[body] * wait;
+        }
+        match next {
+            0 => velocities[0] = -velocities[0],
+            3 => velocities[2] = -velocities[2],
+            room => {
+                let (a, b) = (room - 1, room);
+                let (m, n): (f64, f64) = (masses[a], masses[b]);
+                let common = (m * velocities[a] + n * velocities[b]) / (m + n);
+                velocities[a] = 2.0 * common - velocities[a];
+                velocities[b] = 2.0 * common - velocities[b];
+            }
+        }
+        assert!(cells.step(1e9, &mut ()).unwrap() && heap.step(1e9, &mut ()).unwrap());
+        for found in [
+            (cells.time().to_f64(), piston(&cells)),
+            (heap.time().to_f64(), piston(&heap)),
+        ] {
+            let off = [
+                found.0 - time,
+                found.1[0] - places[1],
+                found.1[1] - velocities[1],
+            ];
+            assert!(
+                off.iter().all(|difference| difference.abs() < 1e-10),
+                "{contact}: {off:?}"
+            );
+        }
+    }
+    let (energy, ledger) = (cells.view().energy(), cells.view().ledger());
+    assert!((energy - ledger.booked()).abs() < 1e-13 * energy);
+}
+
+/// A piston without a gas goes to and fro between its stops, and with a force it bounces.
+#[test]
+fn stops_reflect_a_piston_at_the_known_times() {
+    let free = "[[piston]]\nx = 0.3\nmass = 2.0\nvelocity = 0.5\nstops = [0.2, 0.7]\n\
+        [[molecule]]\nshape = \"disc\"\natom_radius = 0.01\natom_mass = 1.0\nat = [0.9, 0.5]";
+    let mut simulation = Simulation::new(&scene(free)).unwrap();
+    for step in 1..400 {
+        let time = 0.0175 * f64::from(step);
+        simulation.run_until(time).unwrap();
+        // A way of 1/2 upwards from 0.2, then back.
+        let phase = (0.1 + 0.5 * time) % 1.0;
+        let (place, velocity) = if phase < 0.5 {
+            (0.2 + phase, 0.5)
+        } else {
+            (1.2 - phase, -0.5)
+        };
+        let found = piston(&simulation);
+        assert!(
+            (found[0] - place).abs() < 1e-12 && found[1] == velocity,
+            "{time}: {found:?} {place} {velocity}"
+        );
+    }
+    // From rest at 0.3 with the acceleration −1, it reaches the stop at 0.1 after √0.4.
+    let pushed = "[[piston]]\nx = 0.3\nmass = 2.0\nforce = -2.0\nstops = [0.1, 0.7]\n\
+        [[molecule]]\nshape = \"disc\"\natom_radius = 0.01\natom_mass = 1.0\nat = [0.9, 0.5]";
+    let mut simulation = Simulation::new(&scene(pushed)).unwrap();
+    let fall = f64::sqrt(0.4);
+    for step in 1..400 {
+        let time = 0.0925 * f64::from(step);
+        simulation.run_until(time).unwrap();
+        let since = (time + fall) % (2.0 * fall) - fall;
+        let found = piston(&simulation);
+        let place = 0.3 - 0.5 * since * since;
+        assert!((found[0] - place).abs() < 1e-11, "{time}: {found:?} {place}");
+        let (view, ledger) = (simulation.view(), simulation.view().ledger());
+        assert!((ledger.fallen - 2.0 * (0.3 - found[0])).abs() < 1e-11);
+        assert!((view.energy() - ledger.booked()).abs() < 1e-13);
+    }
+}
+
+/// A gas of discs and dumbbells on both sides of a piston with a force.
+const TWO_GASES: &str = "[box]\nsides = [2.0, 1.0]\n[[wall]]\nx = 0.0\n[[wall]]\ny = 0.0\n\
+    [[piston]]\nx = 0.75\nradius = 0.01\nmass = 5.0\nforce = -1.5\ntags = [\"piston\"]\n\
+    [[gas]]\nradius = 0.02\nmass = 1.0\ntemperature = 1.0\ncount = 60\n\
+    [[gas]]\nshape = \"dumbbell\"\nradius = 0.015\nmass = 0.5\ntemperature = 0.5\ncount = 40";
+
+#[test]
+fn gases_beside_a_piston_conserve_their_energy_and_do_not_overlap() {
+    for text in [TWO_GASES.to_owned(), TWO_GASES.replace("force = -1.5", "")] {
+        for gravity in ["", "[gravity]\nacceleration = [0.5, -0.25]\n"] {
+            let scene = scene(&format!("{gravity}{text}"));
+            let mut simulation = Simulation::new(&scene).unwrap();
+            let mut moved = [f64::INFINITY, 0.0];
+            for stop in 1..=40 {
+                simulation.run_until(0.1 * f64::from(stop)).unwrap();
+                simulation.check_invariants(0.02).unwrap();
+                let place = piston(&simulation)[0];
+                moved = [moved[0].min(place), f64::max(moved[1], place)];
+            }
+            assert!(moved[1] - moved[0] > 0.05, "{moved:?}");
+            let (view, ledger) = (simulation.view(), simulation.view().ledger());
+            assert!(view.counters().collisions > 2000);
+            assert!((view.energy() - ledger.booked()).abs() < 1e-11 * view.energy());
+            let of_piston = view.bodies().find(|body| body.body.is_piston()).unwrap();
+            assert_eq!(of_piston.motion.velocity.y, 0.0);
+        }
+    }
+}
+
+#[test]
+fn both_schedulers_find_the_same_contacts_beside_a_piston() {
+    let scene = scene(TWO_GASES);
+    let mut cells = Simulation::new(&scene).unwrap();
+    let mut heap = Simulation::<Exact, Impact, HeapScheduler>::with(
+        &scene,
+        Exact::default(),
+        Impact,
+        CellsPerSide::Automatic,
+    )
+    .unwrap();
+    for contact in 0..300 {
+        assert!(cells.step(10.0, &mut ()).unwrap() && heap.step(10.0, &mut ()).unwrap());
+        let [one, other] = [cells.time().to_f64(), heap.time().to_f64()];
+        assert!((one - other).abs() < 1e-9, "{contact}: {one} {other}");
+    }
+    assert_eq!(
+        cells.view().counters().collisions,
+        heap.view().counters().collisions
+    );
+}
+
+#[test]
+fn a_run_with_a_piston_is_resumed_to_the_bit() {
+    let scene = scene(TWO_GASES);
+    let mut simulation = Simulation::new(&scene).unwrap();
+    simulation.run_until(0.5).unwrap();
+    let checkpoint = simulation.end_epoch_here();
+    let mut resumed: Simulation = Simulation::resume(&checkpoint).unwrap();
+    simulation.run_until(1.5).unwrap();
+    resumed.run_until(1.5).unwrap();
+    assert_eq!(piston(&simulation), piston(&resumed));
+    assert_eq!(
+        simulation.view().counters().collisions,
+        resumed.view().counters().collisions
+    );
+}
+
+#[test]
+fn pistons_that_might_meet_walls_are_refused_by_name() {
+    for (text, words) in [
+        ("x = 0.5\nmass = 1.0", "needs `stops`"),
+        ("x = 0.5\ny = 0.5\nmass = 1.0", "`x` or `y`"),
+        ("x = 0.5\nmass = 0.0\nstops = [0.1, 0.9]", "`mass`"),
+        ("x = 0.5\nmass = 1.0\nstops = [0.6, 0.9]", "must begin between its stops"),
+        ("x = 0.5\nmass = 1.0\nstops = [0.1, 1.0]", "`stops` must ascend"),
+        (
+            "x = 0.5\nmass = 1.0\nstops = [0.1, 0.9]\n[[wall]]\nx = 0.75",
+            "may meet a wall",
+        ),
+        (
+            "x = 0.5\nmass = 1.0\nstops = [0.1, 0.9]\n[[wall]]\nfrom = [0.7, 0.2]\nto = [0.75, 0.3]",
+            "may meet a wall",
+        ),
+        (
+            "x = 0.25\nmass = 1.0\nstops = [0.1, 0.6]\n[[piston]]\nx = 0.75\nmass = 1.0\nstops = [0.5, 0.9]",
+            "another piston",
+        ),
+        (
+            "x = 0.25\nmass = 1.0\nstops = [0.1, 0.6]\n[[piston]]\ny = 0.75\nmass = 1.0\nstops = [0.5, 0.9]",
+            "along the same axis",
+        ),
+        (
+            "x = 0.5\nmass = 1.0\nstops = [0.1, 0.9]\n[[wall]]\nx = 0.0\nmotion = { velocity = [0.1, 0.0] }",
+            "wall that moves",
+        ),
+        (
+            "x = 0.5\nmass = 1.0\nstops = [0.1, 0.9]\n[box]\ndrag = 0.1",
+            "drag",
+        ),
+    ] {
+        let error = Simulation::new(&scene(&format!("[[piston]]\n{text}"))).unwrap_err();
+        assert!(matches!(error, SceneError::Entry { .. }), "{error}");
+        assert!(error.to_string().contains(words), "{text}: {error}");
+    }
+}
