@@ -84,7 +84,7 @@ pub use scene::method_spec::{
     DetectorName, InstructionsName, MethodSpec, SchedulerName, TilesName,
 };
 pub use scene::pair_spec::{DiameterSpec, TransparentSpec};
-pub use scene::piston_spec::PistonSpec;
+pub use scene::piston_spec::{PistonSpec, PushPistonSpec};
 pub use scene::region::Region;
 pub use scene::stage_spec::{HeatSpec, RelabelSpec, ThermostatKind, ThermostatSpec, VelocitySpec};
 pub use scene::stop_spec::StopSpec;

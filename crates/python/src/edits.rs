@@ -153,6 +153,21 @@ pub fn move_walls(
     })
 }
 
+/// Gives pistons a force.
+///
+/// # Errors
+/// It is refused.
+pub fn push_pistons(
+    simulation: &mut AnySimulation,
+    ids: &[u64],
+    force: f64,
+) -> Result<(), EditError> {
+    simulation.edit(|batch| {
+        let mut keys = ids.iter().map(|&id| BodyKey::of_id(id));
+        keys.try_for_each(|key| batch.push_piston(key, force))
+    })
+}
+
 fn id_of(key: BodyKey) -> Result<u64, EditError> {
     Ok(key.id())
 }

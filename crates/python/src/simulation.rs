@@ -579,6 +579,18 @@ impl Core {
         })
     }
 
+    fn push_pistons(
+        &self,
+        py: Python<'_>,
+        ids: PyReadonlyArray1<'_, u64>,
+        force: f64,
+    ) -> PyResult<()> {
+        let ids = ids.as_slice()?;
+        self.edit(py, |state| {
+            edits::push_pistons(&mut state.simulation, ids, force)
+        })
+    }
+
     fn set_gravity(&self, py: Python<'_>, gravity: [f64; 2]) -> PyResult<()> {
         self.edit(py, |state| {
             state.simulation.set_gravity(gravity)?;

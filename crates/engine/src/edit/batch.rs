@@ -29,7 +29,7 @@ use crate::{
     scheduler::Scheduler,
     start::{
         body_builder::inertia,
-        pistons::refuse_pistons,
+        pistons::{check_force, refuse_pistons},
         single_bodies::{add_molecule, add_wall, deepest_overlap, first_overlap},
         sites::Sites,
         wall_motions::refuse_drag,
@@ -39,6 +39,7 @@ use crate::{
         body::{Body, BodyKey, BodyKind, BodyName, Rotation},
         heat::{HeatByTag, exact_sum},
         pair_table::PairTable,
+        pistons::Piston,
         tags::{Tag, TagNames},
     },
 };
@@ -168,6 +169,28 @@ impl Batch {
         } else {
             motion.set(&mut self.world, index, &name)?;
         }
+        self.moves = true;
+        Ok(())
+    }
+
+    /// Replaces the constant force on a piston from now on (mass × length / time²), upwards if
+    /// positive.
+    ///
+    /// # Errors
+    /// [`EditError::NotPiston`], [`EditError::NoSuchBody`], or [`EditError::Scene`] if the force is
+    /// out of range.
+    pub fn push_piston(&mut self, key: BodyKey, force: f64) -> Result<(), EditError> {
+        let index = self.index(key)?;
+        let name = BodyName::new(&self.world.bodies[index], &self.names);
+        let Some(&piston) = self.world.piston(index) else {
+            return Err(EditError::NotPiston(name));
+        };
+        let pushed = Piston {
+            force: check_force(&name.to_string(), force, piston.mass)?,
+            ..piston
+        };
+        self.start_to_move();
+        self.world.replace_piston(pushed);
         self.moves = true;
         Ok(())
     }

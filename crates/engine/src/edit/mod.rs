@@ -56,6 +56,14 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.edit(|batch| batch.move_wall(key, motion))
     }
 
+    /// Replaces the force on a piston from now on; a batch of one, see [`Self::edit`].
+    ///
+    /// # Errors
+    /// Those of [`Batch::push_piston`](crate::Batch::push_piston).
+    pub fn push_piston(&mut self, key: BodyKey, force: f64) -> Result<(), EditError> {
+        self.edit(|batch| batch.push_piston(key, force))
+    }
+
     /// Removes a body; a batch of one, see [`Self::edit`].
     ///
     /// # Errors

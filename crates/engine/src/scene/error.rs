@@ -329,6 +329,9 @@ pub enum EditError {
     /// The body is no wall: only walls are given a motion that contacts do not change.
     #[error("{0} is no wall, and only walls are moved: give a body that is not fixed a velocity")]
     NotWall(BodyName),
+    /// A force on a body that is no piston.
+    #[error("{0} is no piston, and only pistons are pushed by a force (`[[piston]]`)")]
+    NotPiston(BodyName),
     /// The edited system would not be a valid scene.
     #[error(transparent)]
     Scene(#[from] SceneError),

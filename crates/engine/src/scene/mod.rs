@@ -51,7 +51,7 @@ use crate::{
         measure_spec::MeasureSpec,
         method_spec::MethodSpec,
         pair_spec::{DiameterSpec, TransparentSpec},
-        piston_spec::PistonSpec,
+        piston_spec::{PistonSpec, PushPistonSpec},
         stage_spec::{HeatSpec, RelabelSpec, ThermostatSpec, VelocitySpec},
         stop_spec::StopSpec,
         two_numbers::{optional_vector, pairs, vector, vectors},
@@ -540,6 +540,9 @@ pub struct StageSpec {
     /// Walls whose motion is replaced.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub move_wall: Vec<MoveWallSpec>,
+    /// Pistons whose force is replaced.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub push_piston: Vec<PushPistonSpec>,
     /// Tags that bodies get.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tag: Vec<RelabelSpec>,
@@ -592,6 +595,7 @@ impl Default for StageSpec {
             add: Vec::new(),
             add_wall: Vec::new(),
             move_wall: Vec::new(),
+            push_piston: Vec::new(),
             tag: Vec::new(),
             untag: Vec::new(),
             elasticity: None,

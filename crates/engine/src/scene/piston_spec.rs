@@ -71,3 +71,15 @@ pub struct PistonSpec {
     )]
     pub stops: Option<[f64; 2]>,
 }
+
+/// The force on one or more pistons from the start of a stage on.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields, default)]
+pub struct PushPistonSpec {
+    /// The tag of the pistons.
+    pub tag: String,
+    /// Their constant force, upwards if positive (mass × length / time²). Default: 0.
+    #[cfg_attr(feature = "schema", schemars(range(min = -MAX_MAGNITUDE, max = MAX_MAGNITUDE)))]
+    pub force: f64,
+}

@@ -13,7 +13,7 @@ use crate::{
     world::{
         World,
         body::{Body, BodyKey, BodyName},
-        pistons::{Piston, axis_across},
+        pistons::{Piston, axis_across, is_force},
         tags::TagNames,
         wall::StandingWall,
     },
@@ -109,14 +109,11 @@ fn free_piston(
         force: spec.force,
         stops,
     };
+    check_force(entry, spec.force, spec.mass)?;
     if !piston.is_valid(side) {
         return refused(format!(
-            "`stops` must ascend between 0 and the side of the box, {side:e}, and the acceleration force/mass must be 0 \
-             or from {MIN_MAGNITUDE:e} to {MAX_MAGNITUDE:e}, but the stops are {:e} and {:e}, and the acceleration is \
-             {:e}",
-            stops[0],
-            stops[1],
-            spec.force / spec.mass
+            "`stops` must ascend between 0 and the side of the box, {side:e}, but are {:e} and {:e}",
+            stops[0], stops[1]
         ));
     }
     if !(stops[0] <= place && place <= stops[1]) {
@@ -134,6 +131,23 @@ fn free_piston(
     Arc::make_mut(&mut world.bodies[index].kind).inertia = piston.inertia();
     world.pistons.push(piston);
     Ok(())
+}
+
+/// A force on a piston of this mass that is in its range. `entry` names the piston in errors.
+///
+/// # Errors
+/// [`SceneError::Entry`] if it is not.
+pub(crate) fn check_force(entry: &str, force: f64, mass: f64) -> Result<f64, SceneError> {
+    if is_force(force, mass) {
+        return Ok(force + 0.0);
+    }
+    Err(problem(
+        entry,
+        format!(
+            "the acceleration of a piston by its `force` must be 0 or from {MIN_MAGNITUDE:e} to {MAX_MAGNITUDE:e}, but \
+             the force is {force:e}, and the mass {mass:e}"
+        ),
+    ))
 }
 
 /// The places at which a piston would touch the nearest parallel walls on its two sides, less some

@@ -37,11 +37,8 @@ impl Piston {
     /// Whether all numbers are in their ranges, in a box with this side along the axis (length).
     pub fn is_valid(&self, side: f64) -> bool {
         let [low, high] = self.stops;
-        let acceleration = self.force / self.mass;
         (MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&self.mass)
-            && self.force.abs() <= MAX_MAGNITUDE
-            && (acceleration == 0.0
-                || (MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&acceleration.abs()))
+            && is_force(self.force, self.mass)
             && 0.0 < low
             && low < high
             && high < side
@@ -55,6 +52,14 @@ impl Piston {
         let down = first_passage(place - low, -velocity, -acceleration);
         up.min(down)
     }
+}
+
+/// Whether a piston of this mass may have this force: its acceleration is 0, or in the range of all
+/// magnitudes.
+pub(crate) fn is_force(force: f64, mass: f64) -> bool {
+    let acceleration = (force / mass).abs();
+    force.abs() <= MAX_MAGNITUDE
+        && (acceleration == 0.0 || (MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&acceleration))
 }
 
 /// The axis along the normal of a wall across the box, fixed or a piston: 0 for x, 1 for y. `None`
@@ -142,6 +147,14 @@ impl World {
         let here = self.motion_at(body, motion, now);
         let acceleration = self.acceleration(index)[axis];
         now + piston.time_to_stop(here.position[axis], here.velocity[axis], acceleration)
+    }
+
+    /// Replaces the properties of a piston of the system.
+    pub(crate) fn replace_piston(&mut self, piston: Piston) {
+        let mut pistons = self.pistons.iter_mut();
+        if let Some(place) = pistons.find(|place| place.key == piston.key) {
+            *place = piston;
+        }
     }
 
     /// Keeps the pistons whose walls are in the system.

@@ -837,6 +837,35 @@ class Simulation:
         entry = {"x": 0.0, "motion": {} if motion is None else dict(motion)}
         self._core.move_walls(self._which(which), _carom.scene_of({"wall": [entry]}))
 
+    def push_piston(self, which: Which, force: float) -> None:
+        """Replaces the force on pistons from now on.
+
+        Parameters
+        ----------
+        which : str or array_like of int or bool
+            A tag, numbers of pistons (see :attr:`ids`), or a mask of all bodies.
+        force : float
+            Constant force along the axis, upwards if positive (mass × length / time²).
+
+        Raises
+        ------
+        EditError
+            A body is no piston, or the force is out of range.
+
+        Examples
+        --------
+        >>> import carom
+        >>> piston = {"x": 0.5, "mass": 2.0, "stops": [0.25, 0.75], "tags": ["piston"]}
+        >>> sim = carom.Simulation({"piston": [piston]})
+        >>> sim.push_piston("piston", -0.5)
+        >>> sim.run(until=1.0)
+        >>> float(sim.positions[0, 0]), float(sim.velocities[0, 0])
+        (0.375, -0.25)
+        """
+        if which is None:
+            raise TypeError("`which` must be a tag or numbers of pistons")
+        self._core.push_pistons(self._which(which), force)
+
     def remove(self, which: Which) -> None:
         """Removes bodies.
 

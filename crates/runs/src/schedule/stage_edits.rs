@@ -213,6 +213,12 @@ impl Edits<'_> {
                 forgive(self.batch.move_wall(key, &set.motion))?;
             }
         }
+        for (index, set) in spec.push_piston.iter().enumerate() {
+            *self.entry = format!("push_piston[{index}]");
+            for key in self.tagged(&set.tag) {
+                forgive(self.batch.push_piston(key, set.force))?;
+            }
+        }
         for (index, relabel) in spec.tag.iter().enumerate() {
             *self.entry = format!("tag[{index}]");
             for key in self.concerned(relabel) {

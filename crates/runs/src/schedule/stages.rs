@@ -312,6 +312,9 @@ pub fn refuse_unknown_tags(scene: &Scene, carried: impl IntoIterator<Item = Stri
         for (number, set) in stage.move_wall.iter().enumerate() {
             known(&carried, &format!("move_wall[{number}]"), &set.tag)?;
         }
+        for (number, set) in stage.push_piston.iter().enumerate() {
+            known(&carried, &format!("push_piston[{number}]"), &set.tag)?;
+        }
         for (number, relabel) in stage.tag.iter().enumerate() {
             if !relabel.of.is_empty() {
                 known(&carried, &format!("tag[{number}]"), &relabel.of)?;
@@ -384,6 +387,7 @@ fn words(stage: &StageSpec, (start, end): (f64, f64), counts: &[u64]) -> String 
         ("add", stage.add.len()),
         ("add_wall", stage.add_wall.len()),
         ("move_wall", stage.move_wall.len()),
+        ("push_piston", stage.push_piston.len()),
         ("tag", stage.tag.len() + stage.untag.len()),
         ("elasticity", usize::from(stage.elasticity.is_some())),
         ("transparent", usize::from(stage.transparent.is_some())),
