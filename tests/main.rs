@@ -30,6 +30,7 @@ mod own_response;
 mod own_scheduler;
 mod own_shape;
 mod pairs;
+mod pistons;
 mod placement;
 mod polydisperse;
 mod refused_edits;

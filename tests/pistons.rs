@@ -131,7 +131,10 @@ fn stops_reflect_a_piston_at_the_known_times() {
         let since = (time + fall) % (2.0 * fall) - fall;
         let found = piston(&simulation);
         let place = 0.3 - 0.5 * since * since;
-        assert!((found[0] - place).abs() < 1e-11, "{time}: {found:?} {place}");
+        assert!(
+            (found[0] - place).abs() < 1e-11,
+            "{time}: {found:?} {place}"
+        );
         let (view, ledger) = (simulation.view(), simulation.view().ledger());
         assert!((ledger.fallen - 2.0 * (0.3 - found[0])).abs() < 1e-11);
         assert!((view.energy() - ledger.booked()).abs() < 1e-13);
@@ -211,8 +214,14 @@ fn pistons_that_might_meet_walls_are_refused_by_name() {
         ("x = 0.5\nmass = 1.0", "needs `stops`"),
         ("x = 0.5\ny = 0.5\nmass = 1.0", "`x` or `y`"),
         ("x = 0.5\nmass = 0.0\nstops = [0.1, 0.9]", "`mass`"),
-        ("x = 0.5\nmass = 1.0\nstops = [0.6, 0.9]", "must begin between its stops"),
-        ("x = 0.5\nmass = 1.0\nstops = [0.1, 1.0]", "`stops` must ascend"),
+        (
+            "x = 0.5\nmass = 1.0\nstops = [0.6, 0.9]",
+            "must begin between its stops",
+        ),
+        (
+            "x = 0.5\nmass = 1.0\nstops = [0.1, 1.0]",
+            "`stops` must ascend",
+        ),
         (
             "x = 0.5\nmass = 1.0\nstops = [0.1, 0.9]\n[[wall]]\nx = 0.75",
             "may meet a wall",

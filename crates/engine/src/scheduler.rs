@@ -33,6 +33,10 @@
 //! [`World::relative_motion`]. A scheduler that takes this into account sets
 //! [`Scheduler::RUNS_DRIVEN_BODIES`].
 //!
+//! A piston ([`Body::is_piston`]) is a wall across the box that contacts push like any other body
+//! that moves. It meets no other wall. A scheduler that compares all bodies with it, and returns a
+//! [`ContactEvent::stop`] at its [`World::stop_time`], sets [`Scheduler::RUNS_PISTONS`].
+//!
 //! ```
 //! use carom_engine::{Scene, Simulation, scheduler::StandingWall};
 //! use glam::DVec2;

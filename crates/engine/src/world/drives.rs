@@ -7,6 +7,7 @@
 //! coincides with the laboratory, so that all motions of a [`World`] are those of the laboratory; τ
 //! later a free body at x with the velocity v in the falling frame is at x + ½ g τ² and has the
 //! velocity v + g τ. Contacts are resolved in the laboratory, where walls at rest do no work.
+//! Pistons have accelerations, and so frames, of their own ([`crate::world::pistons`]).
 
 use carom_detection::{Answer, Detection};
 use carom_geometry::{MAX_MAGNITUDE, Outline};
