@@ -243,6 +243,10 @@ fn pistons_that_might_meet_walls_are_refused_by_name() {
             "wall that moves",
         ),
         (
+            "x = 0.5\nmass = 1.0\nstops = [0.1, 0.9]\n[[bumper]]\nradius = 0.1\nat = [0.45, 0.9]",
+            "overlaps fixed body",
+        ),
+        (
             "x = 0.5\nmass = 1.0\nstops = [0.1, 0.9]\n[box]\ndrag = 0.1",
             "drag",
         ),

@@ -125,7 +125,7 @@ impl Observer for FlightLog {
             return;
         }
         for side in &report.sides {
-            if side.body.is_free() && self.logs(side.body) {
+            if !side.body.is_fixed() && self.logs(side.body) {
                 self.flights
                     .push(flight(report.time, side.body.id(), &side.after));
             }

@@ -52,7 +52,7 @@ fn owned<'py>(py: Python<'py>, view: &View<'_>, name: &str) -> PyResult<Bound<'p
         "angles" => single(&|body| body.motion.orientation.radians()),
         "angular_velocities" => single(&|body| body.motion.angular_velocity),
         "radii" => single(&|body| body.body.reach()),
-        "masses" => single(&|body| body.body.molecule().mass()),
+        "masses" => single(&|body| body.body.mass()),
         "energies" => single(&|body| body.energy()),
         "ids" => Ok(
             PyArray1::from_vec(py, view.bodies().map(|body| body.body.id()).collect()).into_any(),

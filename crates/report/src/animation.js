@@ -169,8 +169,9 @@
       context.fill();
     }
     context.lineCap = "round";
-    for (const wall of animation.walls) {
-      const [x1, y1, x2, y2, r] = wallAt(wall, time);
+    for (const [index, wall] of animation.walls.entries()) {
+      const piston = (animation.pistons || []).find((one) => one.wall === index);
+      const [x1, y1, x2, y2, r] = piston ? pistonAt(piston, wall, time) : wallAt(wall, time);
       const [x, y] = [(x1 + x2) / 2, (y1 + y2) / 2];
       context.strokeStyle = style.color;
       context.lineWidth = Math.max(2 * r, 2.5 / scale);
@@ -182,6 +183,23 @@
       });
     }
     if (animation.watched !== null && wide < width) arrows(context, scale, time, states);
+  }
+
+  // The ends of a piston after a time, from its place after the contact before; at a stop it turns
+  // round, and with a force it is drawn there until its next contact.
+  function pistonAt({ axis, acceleration, stops, path }, wall, after) {
+    const ends = wall.slice(0, 5);
+    const [t, place, velocity] = path.findLast(([begins]) => begins <= after) || path[0];
+    const passed = after - t;
+    let there = place + velocity * passed + 0.5 * acceleration * passed * passed;
+    const [low, high] = stops;
+    if (acceleration) there = Math.min(Math.max(there, low), high);
+    else {
+      const way = (((there - low) / (high - low)) % 2 + 2) % 2;
+      there = low + (high - low) * Math.min(way, 2 - way);
+    }
+    ends[axis] = ends[axis + 2] = there;
+    return ends;
   }
 
   // The ends of a wall after a time, from its pivot and its motion if it moves.

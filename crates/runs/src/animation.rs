@@ -84,9 +84,26 @@ struct Animation {
     /// its pivot (length), the velocity of that, and the angular velocity; of one that oscillates
     /// amplitude, angular frequency and phase instead.
     walls: Vec<Vec<f64>>,
+    /// The pistons among the walls.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pistons: Vec<PistonPath>,
     /// For each flight: the body's number as three digits; then time, position and velocity; then,
     /// unless the body is a disc, orientation in turns and angular velocity.
     flights: String,
+}
+
+/// How a piston moves.
+#[derive(Debug, Serialize)]
+struct PistonPath {
+    /// Its index in the list of walls.
+    wall: usize,
+    /// 0 if it moves along x, 1 along y.
+    axis: usize,
+    /// Acceleration along the axis (length per time squared), and its stops (length).
+    acceleration: f64,
+    stops: [f64; 2],
+    /// Time since the start of the animation, place and velocity along the axis after each contact.
+    path: Vec<[f64; 3]>,
 }
 
 /// The appearance that several bodies share.
@@ -292,6 +309,7 @@ impl Animation {
             shapes,
             bodies,
             walls: walls(view, part),
+            pistons: pistons(view, part, flights),
             flights: String::new(),
         };
         for flight in flights {
@@ -337,6 +355,46 @@ impl Animation {
             );
         }
     }
+}
+
+/// The paths of the visible pistons.
+fn pistons(
+    view: &View<'_>,
+    part: Option<&VisibleRegion>,
+    flights: &[LoggedFlight],
+) -> Vec<PistonPath> {
+    let shown = view
+        .bodies()
+        .filter(|body| part.is_none_or(|part| part.has(body.body)));
+    let (mut paths, mut before) = (Vec::new(), 0);
+    for body in shown {
+        let wall = before;
+        before += body.wall_segments().count();
+        let (Some(axis), Some((acceleration, stops))) =
+            (body.body.axis_of_piston(), view.piston(body.body.key()))
+        else {
+            continue;
+        };
+        let own = flights
+            .iter()
+            .filter(|flight| flight.body == body.body.id());
+        let begins = view.time().to_f64();
+        let path = own.map(|flight| {
+            [
+                flight.time - begins,
+                flight.position[axis],
+                flight.velocity[axis],
+            ]
+        });
+        paths.push(PistonPath {
+            wall,
+            axis,
+            acceleration,
+            stops,
+            path: path.collect(),
+        });
+    }
+    paths
 }
 
 /// The ends of each visible wall, half its thickness (length), and its motion if it moves.

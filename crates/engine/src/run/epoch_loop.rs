@@ -91,17 +91,6 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
             };
             let ContactEvent { time, bodies, .. } = contact;
             *self.now = time;
-            if contact.is_stop() {
-                self.stop_piston(queue, contact)?;
-                *self.contacts += 1;
-                if self.limits.count_contact() {
-                    return Ok(EpochEnd::WithContact(time));
-                }
-                if *self.contacts == self.most {
-                    return Ok(EpochEnd::AtContact(bodies));
-                }
-                continue;
-            }
             let repeats = self.simultaneous.repeats(bodies, time);
             if repeats {
                 self.count_repeated(bodies, time)?;
@@ -115,6 +104,8 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
                 self.record_discs(contact, [a, b], resolved)?;
                 let flights = [[a[0], b[0]], resolved.after];
                 queue.flights_changed(self.world, self.detection, bodies, time, flights);
+            } else if contact.is_stop() {
+                self.stop_piston(queue, contact);
             } else {
                 // Two separate calls: with `map` the motions are copied through memory more than
                 // once.
@@ -187,18 +178,11 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
     /// Reflects a piston at one of its stops.
     #[cold]
     #[inline(never)]
-    fn stop_piston<Q: EventQueue>(
-        &mut self,
-        queue: &mut Q,
-        stop: ContactEvent,
-    ) -> Result<(), RunError>
+    fn stop_piston<Q: EventQueue>(&self, queue: &mut Q, stop: ContactEvent)
     where
         D: Detection,
     {
         let ContactEvent { time, bodies, .. } = stop;
-        if self.simultaneous.repeats(bodies, time) {
-            self.count_repeated(bodies, time)?;
-        }
         let piston = bodies[0];
         let before = self.world.motion_at(piston, &queue.motion(piston), time);
         let after = Motion {
@@ -207,7 +191,6 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         };
         let onwards = self.world.to_own_frame(piston, &after);
         queue.motion_changed(self.world, self.detection, piston, onwards);
-        Ok(())
     }
 
     /// The times of the last contacts of two bodies; `None` without a guard.

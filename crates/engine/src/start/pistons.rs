@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use carom_geometry::{MAX_MAGNITUDE, MIN_MAGNITUDE, check_length};
+use carom_geometry::{MAX_MAGNITUDE, MIN_MAGNITUDE, check_length, gap_between};
 use carom_kinematics::Motion;
 use glam::DVec2;
 
@@ -14,6 +14,7 @@ use crate::{
         World,
         body::{Body, BodyKey, BodyName},
         pistons::{Piston, axis_across, is_force},
+        rounding_bound::rounding_bound,
         tags::TagNames,
         wall::StandingWall,
     },
@@ -212,10 +213,13 @@ fn refuse_piston(world: &World, index: usize) -> Result<(), String> {
             .any(|shift| from + shift < high && to + shift > low)
     };
     for (other, wall) in world.bodies.iter().enumerate() {
+        let motion = &world.motions[other];
+        if wall.is_fixed() && !wall.is_wall() && overlaps(world, index, other, axis) {
+            return Err(format!("the piston overlaps fixed body {}", wall.id()));
+        }
         if other == index || !wall.is_wall() {
             continue;
         }
-        let motion = &world.motions[other];
         let moves = wall.is_fixed()
             && (!motion.is_at_rest()
                 || world.oscillation(other).is_some()
@@ -246,6 +250,19 @@ fn refuse_piston(world: &World, index: usize) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+/// Whether a piston overlaps a fixed body that is no wall. Places along the piston do not count.
+fn overlaps(world: &World, piston: usize, fixed: usize, axis: usize) -> bool {
+    let [of_piston, of_body] = [piston, fixed].map(|body| &world.motions[body]);
+    let side = world.bounds.sides()[axis];
+    let between = of_body.position[axis] - of_piston.position[axis];
+    let separation = DVec2::AXES[axis] * (between - side * (between / side).round());
+    let [a, b] = [piston, fixed].map(|body| world.bodies[body].molecule());
+    let rotations = [of_piston, of_body].map(|motion| motion.orientation.cos_sin());
+    let reach = world.bodies[piston].reach() + world.bodies[fixed].reach();
+    gap_between(a, rotations[0], b, rotations[1], separation)
+        < -rounding_bound(world.bounds.sides(), reach)
 }
 
 /// The places of a wall along an axis (length), of another piston all that it can reach; `None` for

@@ -284,8 +284,8 @@ impl Sites {
                         let other = &world.bodies()[index as usize];
                         let image =
                             [0, 1].map(|axis| i64::from(away[axis]) - i64::from(image[axis]));
-                        let counts = !other.is_fixed()
-                            && world.pairs.sees(&body.kind.tags, &other.kind.tags);
+                        let counts =
+                            other.is_free() && world.pairs.sees(&body.kind.tags, &other.kind.tags);
                         counts.then_some((index as usize, image))
                     },
                 )

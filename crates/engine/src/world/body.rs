@@ -120,6 +120,15 @@ impl Body {
         self.kind.temperature
     }
 
+    /// The mass: that of the molecule, or of a piston; infinite for other walls.
+    pub fn mass(&self) -> f64 {
+        if self.is_piston() {
+            1.0 / self.kind.inertia.inverse_mass
+        } else {
+            self.kind.molecule.mass()
+        }
+    }
+
     /// Largest distance from the centre of mass at which the body can be touched (length): the
     /// bounding radius; for a wall, the distance from its edge.
     pub fn reach(&self) -> f64 {

@@ -133,6 +133,17 @@ impl<'a> View<'a> {
         self.world.pairs.is_active()
     }
 
+    /// The constant acceleration of a piston along its axis (length per time squared) and the two
+    /// places of its stops (length); `None` for any other body.
+    pub fn piston(&self, key: BodyKey) -> Option<(f64, [f64; 2])> {
+        let index = self.world.index(key)?;
+        let (piston, axis) = (
+            self.world.piston(index)?,
+            self.world.bodies[index].axis_of_piston()?,
+        );
+        Some((self.world.acceleration(index)[axis], piston.stops))
+    }
+
     /// Kinetic energy of all bodies (mass × length² / time²).
     pub fn energy(&self) -> f64 {
         if self.world.accelerates() {

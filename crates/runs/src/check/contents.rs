@@ -293,7 +293,7 @@ impl Kind {
             }
             (false, _) => format!("bounding radius {radii}"),
         };
-        let masses = || spread(all, |body| body.molecule().mass());
+        let masses = || spread(all, Body::mass);
         let moves = view
             .body(body.key())
             .is_some_and(|found| !found.motion.is_at_rest());
@@ -301,7 +301,7 @@ impl Kind {
         let mass = match (body.is_fixed(), body.wall_temperature()) {
             (true, Some(kt)) => format!("{fixed}, of temperature kT = {kt}"),
             (true, None) => fixed.to_owned(),
-            (false, _) if body.is_locked() && !body.molecule().is_disc() => {
+            (false, _) if body.is_locked() && !body.molecule().is_disc() && !body.is_wall() => {
                 format!("{}, does not turn", masses())
             }
             (false, _) => masses(),
@@ -326,6 +326,9 @@ impl Kind {
 fn shape_of(body: &Body) -> String {
     let molecule = body.molecule();
     let (atoms, edges) = (molecule.atoms().len(), molecule.edges());
+    if body.is_piston() {
+        return "piston".to_owned();
+    }
     if body.is_wall() {
         return "wall".to_owned();
     }
