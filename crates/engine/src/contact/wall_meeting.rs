@@ -291,10 +291,23 @@ impl FixedPair<'_> {
         (spans[0].perp_dot(spans[1]) == 0.0).then(|| spans[0].perp().normalize_or_zero())
     }
 
-    /// A bound on the relative speed along a direction (length per time).
+    /// The normal of a wall across the box; along it, such a wall changes no gap.
+    fn normal_of_across(&self) -> Option<DVec2> {
+        let side = (0..2).find(|&side| self.is_across(side))?;
+        let wall = StandingWall::new(self.bodies[side], self.motions[side])?;
+        let [from, to] = wall.ends();
+        Some((to - from).perp().normalize_or_zero())
+    }
+
+    /// A bound on the relative speed of the surfaces along a direction (length per time).
     fn top_speed_along(&self, normal: DVec2) -> f64 {
         let speed = |side: usize| match self.drives[side] {
-            None => self.motions[side].velocity.dot(normal).abs(),
+            None => {
+                let motion = self.motions[side];
+                let rim =
+                    motion.angular_velocity.abs() * self.bodies[side].molecule().bounding_radius();
+                motion.velocity.dot(normal).abs() + rim
+            }
             Some(drive) => drive.amplitude().dot(normal).abs() * drive.frequency(),
         };
         speed(0) + speed(1)
@@ -318,8 +331,8 @@ impl FixedPair<'_> {
     /// in which they cannot meet at their top speed.
     fn driven_meeting(&self, horizon: f64) -> Option<f64> {
         let mut time = 0.0;
-        let top_speed = match self.normal_of_parallels() {
-            // Along each other they may go on for ever.
+        let top_speed = match self.normal_of_across() {
+            // Along a wall across the box they may go on for ever.
             Some(normal) => self.top_speed_along(normal),
             None => self.top_speed,
         };
@@ -465,6 +478,16 @@ mod tests {
         let leaving = "[[wall]]\nx = 0.5\n[[wall]]\nfrom = [0.5, 0.2]\nto = [0.5, 0.7]\n\
                        motion = { velocity = [0.02, 0.0] }";
         assert_eq!(end(leaving), None);
+    }
+
+    /// A wall that oscillates along itself, at a distance of 10⁻¹² from a disc that it never meets.
+    #[test]
+    fn a_wall_that_oscillates_along_itself_meets_nothing() {
+        let beside = "[[bumper]]\nradius = 0.125\nat = [0.625000000001, 0.5]\n\
+            [[wall]]\nx = 0.5\nmotion = { amplitude = [0.0, 0.1], frequency = 8.0 }";
+        assert_eq!(end(beside), None);
+        let across = beside.replace("[0.0, 0.1]", "[0.1, 0.0]");
+        assert!(end(&across).is_some_and(|time| time < 1e-10));
     }
 
     #[test]

@@ -595,7 +595,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         })?;
         refuse_gravity(&world)?;
         elasticity.classify(&mut world, &self.response)?;
-        refuse_pistons(&world, &names)?;
+        refuse_pistons(&world, |body| {
+            BodyName::new(&world.bodies[body], &names).to_string()
+        })?;
         resolves(&world, &elasticity)?;
         if may_reveal && let Some((pair, depth)) = first_overlap(&world) {
             let [first, second] =

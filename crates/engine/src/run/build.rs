@@ -113,7 +113,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         world.clock = drag_clock("box.drag", scene.bounds.drag)?;
         refuse_drag(&world, |body| singles.entry_of(body, &counts))?;
         refuse_gravity(&world)?;
-        refuse_pistons(&world, &singles.names)?;
+        refuse_pistons(&world, |body| singles.entry_of(body, &counts))?;
         world.random_key = [scene.bounds.seed, scene.bounds.replica];
         world.shrink();
         let scheduler = S::checked(&options, &world)

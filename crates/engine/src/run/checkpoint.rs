@@ -368,7 +368,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             ElasticityTable::new(&checkpoint.elasticity.clone().into(), &mut names)?;
         elasticity.classify(&mut world, &response)?;
         refuse_gravity(&world)?;
-        refuse_pistons(&world, &names)?;
+        refuse_pistons(&world, |body| {
+            BodyName::new(&world.bodies[body], &names).to_string()
+        })?;
         let checked = refuse_unresolved(&world, &elasticity);
         checked
             .and_then(|()| refuse_unsearched(&world, &detection))

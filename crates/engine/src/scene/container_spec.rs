@@ -130,10 +130,11 @@ impl Scene {
     /// The tags of each wall and of each container.
     pub fn wall_tags(&self) -> impl Iterator<Item = &Vec<String>> {
         let walls = self.wall.iter().map(|wall| &wall.tags);
-        walls.chain(self.container.iter().map(|container| &container.tags))
+        let walls = walls.chain(self.container.iter().map(|container| &container.tags));
+        walls.chain(self.piston.iter().map(|piston| &piston.tags))
     }
 
-    /// Number of walls, with those of valid containers.
+    /// Number of walls, with pistons and those of valid containers.
     pub fn wall_count(&self) -> usize {
         let sides = DVec2::from(self.bounds.sides);
         let cavities = self
@@ -141,7 +142,7 @@ impl Scene {
             .iter()
             .map(|container| container.cavity(sides));
         let of_containers = cavities.flatten().map(|cavity| cavity.walls().len());
-        self.wall.len() + of_containers.sum::<usize>()
+        self.wall.len() + of_containers.sum::<usize>() + self.piston.len()
     }
 
     /// Whether a wall has a temperature.

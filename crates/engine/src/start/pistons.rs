@@ -12,7 +12,7 @@ use crate::{
     start::single_bodies::add_wall,
     world::{
         World,
-        body::{Body, BodyKey, BodyName},
+        body::{Body, BodyKey},
         pistons::{Piston, axis_across, is_force},
         rounding_bound::rounding_bound,
         tags::TagNames,
@@ -176,10 +176,13 @@ fn default_stops(world: &World, index: usize, axis: usize) -> Option<[f64; 2]> {
 }
 
 /// Refuses pistons that may meet another piston or a wall, that are rough, or that have a drag.
-pub(crate) fn refuse_pistons(world: &World, names: &TagNames) -> Result<(), SceneError> {
+/// `name` is the name of a body in errors.
+pub(crate) fn refuse_pistons(
+    world: &World,
+    name: impl Fn(usize) -> String,
+) -> Result<(), SceneError> {
     for piston in world.pistons() {
-        let name = BodyName::new(&world.bodies[piston], names).to_string();
-        refuse_piston(world, piston).map_err(|text| problem(&name, text))?;
+        refuse_piston(world, piston).map_err(|text| problem(&name(piston), text))?;
     }
     Ok(())
 }

@@ -23,10 +23,10 @@ pub(super) const KIND: MeasureKind = MeasureKind {
             .bodies()
             .filter(|body| body.body.is_piston() && selection.group.contains(body.body));
         let (first, another) = (pistons.next(), pistons.next());
-        let piston = first.context("'piston': no piston carries that tag")?;
+        let piston = first.context("no piston carries that tag")?;
         ensure!(
             another.is_none(),
-            "'piston': there are several pistons; name the tag of one"
+            "there are several pistons; name the tag of one"
         );
         Ok(in_blocks(PistonSeries::new(piston.body.key())))
     },

@@ -191,6 +191,7 @@ impl Parent {
             ("molecule", own.molecule == scene.molecule),
             ("bumper", own.bumper == scene.bumper),
             ("wall", own.wall == scene.wall),
+            ("piston", own.piston == scene.piston),
             ("container", own.container == scene.container),
             ("gas", own.gas == scene.gas),
             ("start", own.start == scene.start),
