@@ -206,8 +206,8 @@ impl Grid {
         self.list_walls(world, limit);
     }
 
-    /// Lists each wall but pistons, and each other fixed body that is driven, in every cell that can
-    /// hold the centre of a body that touches it before `limit` (offset in the epoch, time).
+    /// Lists each wall but pistons, and each other fixed body that is driven, in every cell that
+    /// can hold the centre of a body that touches it before `limit` (offset in the epoch, time).
     fn list_walls(&mut self, world: &World, limit: f64) {
         self.walls.clear();
         let reach = world.largest_moving_radius();

@@ -339,12 +339,11 @@ impl HeapScheduler {
             }
         }
         neighbours.0.extend_from_slice(self.grid.walls(body));
-        self.gather_pistons(world, body, neighbours, counts);
+        Self::gather_pistons(world, body, neighbours, counts);
     }
 
     /// Adds the pistons that count, in the images that a body in the box may touch in an epoch.
     fn gather_pistons(
-        &self,
         world: &World,
         body: u32,
         neighbours: &mut Neighbours,
@@ -396,7 +395,7 @@ impl HeapScheduler {
             .filter(|wall| !walls_before.contains(wall));
         neighbours.0.extend(walls);
         if wrapped != 0 {
-            self.gather_pistons(world, body, &mut neighbours, |_| true);
+            Self::gather_pistons(world, body, &mut neighbours, |_| true);
         }
         self.predict(world, detection, body, &neighbours, now);
         self.neighbours = neighbours;

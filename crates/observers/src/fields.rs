@@ -429,10 +429,10 @@ fn carried_by(report: &CollisionReport<'_>, bins: &FieldBins, drift: DVec2) -> C
         energy(side.body, &side.after, drift) - energy(side.body, &side.before, drift)
     };
     let [gain_of_first, gain_of_second] = [gain(first), gain(second)];
-    let half = if !(first.body.is_free() && second.body.is_free()) {
-        1.0
-    } else {
+    let half = if first.body.is_free() && second.body.is_free() {
         0.5
+    } else {
+        1.0
     };
     // From a centre to the point of contact; along the normal as far as the wall's own centre, so
     // that walls with a thickness count as in the pressure tensor.

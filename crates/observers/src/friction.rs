@@ -125,10 +125,10 @@ impl Friction {
         let mut weights = DVec3::ZERO;
         for body in view.bodies().filter(|body| self.group.contains(body.body)) {
             let velocity = body.motion.velocity - frame.velocity();
-            let square = if !body.body.is_free() {
-                0.0
-            } else {
+            let square = if body.body.is_free() {
                 velocity.length_squared()
+            } else {
+                0.0
             };
             weights += DVec3::new(1.0, temperature, square);
         }

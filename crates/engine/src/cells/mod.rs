@@ -55,9 +55,10 @@
 //!    the wall enters is predicted right afterwards; it is the body k of lemma 3.
 //! 7. **Pistons.** Lemmas 1 to 5 hold with pistons, walls that contacts push. *Proof.* A piston is
 //!    a multi-cell body whose shell is a strip: it is listed in every cell from which it can be
-//!    touched while it is no farther from its place there than half a side of a cell. It leaves the
-//!    strip, at a time bounded by its top speed, as an event that lists it anew and predicts it; its
-//!    stops are events too. So every relation begins with a prediction of one of the two (lemma 2).
+//!    touched while it is no farther from its place there than half a side of a cell. It leaves
+//!    the strip, at a time bounded by its top speed, as an event that lists it anew and predicts
+//!    it; its stops are events too. So every relation begins with a prediction of one of the two
+//!    (lemma 2).
 //! 8. **One partner may be skipped.** Of two bodies that have just met, the prediction of the first
 //!    may leave out the second. *Proof.* The first is not the body of the pair that is predicted
 //!    last.

@@ -47,7 +47,7 @@ use crate::{
         drives::Oscillation,
         heat::HeatByTag,
         pair_table::PairTable,
-        pistons::{Piston, axis_across},
+        pistons::Piston,
         tags::{TagNames, Tags},
         wall_table::WallTable,
     },
@@ -663,7 +663,7 @@ impl Checkpoint {
                 return Err(wrong);
             };
             let body = &world.bodies[index];
-            let Some(axis) = axis_across(body).filter(|_| body.is_fixed()) else {
+            let Some(axis) = body.axis_across().filter(|_| body.is_fixed()) else {
                 return Err(wrong);
             };
             let (motion, side) = (&world.motions[index], world.bounds.sides()[axis]);

@@ -8,14 +8,12 @@ use glam::DVec2;
 
 use crate::{
     contact::limits::refuse_slow,
-    scene::{Scene, WallSpec, error::SceneError, piston_spec::PistonSpec},
-    start::single_bodies::add_wall,
+    scene::{Scene, error::SceneError, piston_spec::PistonSpec},
     world::{
         World,
-        body::{Body, BodyKey},
-        pistons::{Piston, axis_across, is_force},
+        body::Body,
+        pistons::{Piston, is_force},
         rounding_bound::rounding_bound,
-        tags::TagNames,
         wall::StandingWall,
     },
 };
@@ -23,27 +21,6 @@ use crate::{
 /// Room left between a piston at its stop and the wall that is its default, in sides of the box:
 /// more than all rounding.
 const ROOM: f64 = 1e-9;
-
-/// Adds the wall of a piston, at rest and of infinite mass; overlaps are checked by the caller.
-pub(crate) fn add_piston(
-    world: &mut World,
-    names: &mut TagNames,
-    spec: &PistonSpec,
-    entry: &str,
-) -> Result<BodyKey, SceneError> {
-    let (x, y) = (spec.x, spec.y);
-    if x.is_some() == y.is_some() {
-        return Err(problem(entry, "give a piston `x` or `y`".to_owned()));
-    }
-    let wall = WallSpec {
-        tags: spec.tags.clone(),
-        x,
-        y,
-        radius: spec.radius,
-        ..WallSpec::default()
-    };
-    add_wall(world, names, &wall, entry)
-}
 
 /// Gives the pistons of a scene their masses, velocities and stops. `entries` are the entries of
 /// the first bodies of the world.
@@ -83,7 +60,7 @@ fn free_piston(
     {
         check_length("a number of a piston", number).map_err(geometry)?;
     }
-    let Some(axis) = axis_across(&world.bodies[index]) else {
+    let Some(axis) = world.bodies[index].axis_across() else {
         return refused("a piston must be a wall across the box".to_owned());
     };
     if !(MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&spec.mass) {
@@ -158,7 +135,7 @@ fn default_stops(world: &World, index: usize, axis: usize) -> Option<[f64; 2]> {
     let side = world.bounds.sides()[axis];
     let walls = world.bodies.iter().zip(&world.motions).enumerate();
     let parallel = walls.filter(|&(other, (wall, _))| {
-        other != index && wall.is_fixed() && axis_across(wall) == Some(axis)
+        other != index && wall.is_fixed() && wall.axis_across() == Some(axis)
     });
     let mut stops = [f64::NEG_INFINITY, f64::INFINITY];
     for (_, (wall, motion)) in parallel {
@@ -190,7 +167,7 @@ pub(crate) fn refuse_pistons(
 /// The reason why a piston cannot be run.
 fn refuse_piston(world: &World, index: usize) -> Result<(), String> {
     let body = &world.bodies[index];
-    let (Some(piston), Some(axis)) = (world.piston(index), axis_across(body)) else {
+    let (Some(piston), Some(axis)) = (world.piston(index), body.axis_across()) else {
         return Err("a piston must be a wall across the box".to_owned());
     };
     if !world.clock.is_free() {
@@ -278,7 +255,7 @@ fn range_of(
     axis: usize,
 ) -> Option<[f64; 2]> {
     let reach = wall.reach();
-    let (middle, half) = match axis_across(wall) {
+    let (middle, half) = match wall.axis_across() {
         Some(own) if own != axis => return None,
         Some(_) => {
             let [low, high] = world

@@ -1,5 +1,5 @@
-//! The single bodies of a scene: molecules, bumpers, walls and pistons at given positions, with the checks
-//! of every entry.
+//! The single bodies of a scene: molecules, bumpers, walls and pistons at given places, with the
+//! checks of every entry.
 
 use std::sync::Arc;
 
@@ -12,11 +12,10 @@ use crate::{
     grid::Grid,
     scene::{
         ArcSpec, MoleculeSpec, Scene, WallSpec, atom_spec::AtomSpec, container_spec::Cavity,
-        error::SceneError,
+        error::SceneError, piston_spec::PistonSpec,
     },
     start::{
         body_builder::{geometry, inertia, insert},
-        pistons::add_piston,
         sites::Sites,
     },
     world::{
@@ -410,6 +409,30 @@ pub(crate) fn add_wall(
         temperature: spec.temperature,
     };
     Ok(world.insert(kind, Motion::at_rest(centre)))
+}
+
+/// Adds the wall of a piston, at rest and of infinite mass; overlaps are checked by the caller.
+pub(crate) fn add_piston(
+    world: &mut World,
+    names: &mut TagNames,
+    spec: &PistonSpec,
+    entry: &str,
+) -> Result<crate::BodyKey, SceneError> {
+    let (x, y) = (spec.x, spec.y);
+    if x.is_some() == y.is_some() {
+        return Err(SceneError::Entry {
+            entry: entry.to_owned(),
+            problem: "give a piston `x` or `y`".to_owned(),
+        });
+    }
+    let wall = WallSpec {
+        tags: spec.tags.clone(),
+        x,
+        y,
+        radius: spec.radius,
+        ..WallSpec::default()
+    };
+    add_wall(world, names, &wall, entry)
 }
 
 /// Two bodies of a world that overlap beyond rounding, in the order of insertion, and the depth

@@ -6,10 +6,7 @@ use carom_geometry::Molecule;
 use carom_kinematics::Inertia;
 use serde::{Deserialize, Serialize};
 
-use crate::world::{
-    pistons::axis_across,
-    tags::{Tag, TagNames, Tags},
-};
+use crate::world::tags::{Tag, TagNames, Tags};
 
 /// Handle of a body. It stays valid until the body is removed, and is never reused, even if the
 /// batch that has added the body is refused.
@@ -199,7 +196,16 @@ impl Body {
 
     /// The axis along which this moves if it is a piston: 0 for x, 1 for y.
     pub fn axis_of_piston(&self) -> Option<usize> {
-        axis_across(self).filter(|_| self.is_piston())
+        self.axis_across().filter(|_| self.is_piston())
+    }
+
+    /// The axis along the normal of a wall across the box, fixed or a piston: 0 for x, 1 for y.
+    /// `None` for any other body.
+    pub(crate) fn axis_across(&self) -> Option<usize> {
+        let molecule = self.molecule();
+        let edge = molecule.wall_edge()?;
+        let is_across = molecule.atoms().is_empty() && edge.bend().is_none();
+        is_across.then(|| usize::from(edge.along().x != 0.0))
     }
 
     /// Whether this is a molecule that moves: neither fixed nor a piston.

@@ -62,15 +62,6 @@ pub(crate) fn is_force(force: f64, mass: f64) -> bool {
         && (acceleration == 0.0 || (MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&acceleration))
 }
 
-/// The axis along the normal of a wall across the box, fixed or a piston: 0 for x, 1 for y. `None`
-/// for any other body.
-pub(crate) fn axis_across(body: &Body) -> Option<usize> {
-    let molecule = body.molecule();
-    let edge = molecule.wall_edge()?;
-    let is_across = molecule.atoms().is_empty() && edge.bend().is_none();
-    is_across.then(|| usize::from(edge.along().x != 0.0))
-}
-
 /// The first time at which d = v t + ½ a t², for a distance d that is not negative but for
 /// rounding. It is 0 where that has already been passed and the velocity leads on.
 fn first_passage(distance: f64, velocity: f64, acceleration: f64) -> f64 {
@@ -121,7 +112,7 @@ impl World {
         match self.piston(body) {
             None => self.gravity,
             Some(piston) => {
-                let axis = axis_across(&self.bodies[body]).unwrap_or_default();
+                let axis = self.bodies[body].axis_across().unwrap_or_default();
                 let along = self.gravity[axis] + piston.force / piston.mass;
                 DVec2::AXES[axis] * along
             }
@@ -140,7 +131,7 @@ impl World {
     /// reaches a stop; infinite for any other body.
     pub fn stop_time(&self, body: u32, motion: &Motion, now: f64) -> f64 {
         let index = body as usize;
-        let (Some(piston), Some(axis)) = (self.piston(index), axis_across(&self.bodies[index]))
+        let (Some(piston), Some(axis)) = (self.piston(index), self.bodies[index].axis_across())
         else {
             return f64::INFINITY;
         };

@@ -81,6 +81,14 @@ const WALL: &str = "
 x = 0.0
 ";
 
+/// A piston between two parts of the gas, for its measure.
+const PISTON: &str = "
+[[piston]]
+x = 0.5
+mass = 10.0
+stops = [0.1, 0.9]
+";
+
 /// Returns the section of Markdown.
 ///
 /// # Errors
@@ -149,6 +157,7 @@ fn measure(kind: &MeasureKind) -> Result<Vec<String>> {
         Of::Group if ["wall-pressure", "wall-work"].contains(&kind.name) => {
             (kind.name.to_owned(), format!("{WALL}{GAS}"))
         }
+        Of::Group if kind.name == "piston" => (kind.name.to_owned(), format!("{PISTON}{GAS}")),
         Of::Group if OF_AXES.contains(&kind.name) => (kind.name.to_owned(), format!("{RODS}{GAS}")),
         Of::OneBody => (format!("{}:body", kind.name), format!("{BODY}{GAS}")),
         Of::Group | Of::TwoGroups | Of::Pair | Of::System => (kind.name.to_owned(), GAS.to_owned()),

@@ -43,10 +43,7 @@ impl<F: CellFrame> CellState<F> {
             return;
         };
         let multi_cell_body = &self.multi_cell.list[index];
-        let mut best = EarliestEvent::before(leaves_shell(multi_cell_body, now), RecordKind::Shell);
-        if multi_cell_body.is_piston() {
-            best = self.first_event_of_piston(world, multi_cell_body, now);
-        }
+        let mut best = self.event_without_contacts(world, multi_cell_body, now);
         if multi_cell_body.is_disc_among_discs {
             let pairs = self.search_discs_around(
                 kernel,
@@ -70,15 +67,7 @@ impl<F: CellFrame> CellState<F> {
         }
         let in_closed_form =
             multi_cell_body.is_disc_among_discs && detection.decides_discs_in_closed_form();
-        for neighbour in &multi_cell_body.neighbours {
-            let other = &self.multi_cell.list[neighbour.index as usize];
-            if other.drive.is_none() && !(in_closed_form && other.is_disc_among_discs) {
-                around.seen.push(Listed {
-                    index: other.body,
-                    image: neighbour.image,
-                });
-            }
-        }
+        self.gather_neighbours(multi_cell_body, in_closed_form, &mut around);
         let outline = self.molecule(world, body).outline();
         let query_body = QueryBody::new(outline, &multi_cell_body.motion, now);
         let horizon = best.time - now;
@@ -89,10 +78,7 @@ impl<F: CellFrame> CellState<F> {
             candidates,
         } = &mut around;
         if multi_cell_body.drive.is_some() {
-            self.bound_by_speeds(multi_cell_body, now, (slots, seen), candidates);
-            slots.clear();
-            seen.clear();
-            candidates.retain(|other| Some(other.index) != except);
+            self.bound_by_speeds(multi_cell_body, (now, except), (slots, seen), candidates);
         }
         slots.resize(slots.len().next_multiple_of(DISC_LANES), self.dummy());
         for eight in slots.as_chunks::<DISC_LANES>().0 {
@@ -186,6 +172,20 @@ impl<F: CellFrame> CellState<F> {
         }
     }
 
+    /// The event of a body without contacts: it leaves its shell, or a piston reaches a stop.
+    #[inline(always)]
+    fn event_without_contacts(
+        &self,
+        world: &World,
+        multi_cell_body: &MultiCellBody,
+        now: f64,
+    ) -> EarliestEvent {
+        if multi_cell_body.is_piston() {
+            return self.first_event_of_piston(world, multi_cell_body, now);
+        }
+        EarliestEvent::before(leaves_shell(multi_cell_body, now), RecordKind::Shell)
+    }
+
     /// The event of a piston without contacts: it reaches a stop, or leaves its strip.
     #[cold]
     fn first_event_of_piston(
@@ -210,14 +210,14 @@ impl<F: CellFrame> CellState<F> {
         }
     }
 
-    /// Adds the bodies around a piston that a force pushes as candidates, with the time in which
-    /// they come together at their top speeds.
+    /// Moves the bodies around a piston that a force pushes to the candidates, with the time in
+    /// which they come together at their top speeds; `except` is a partner to skip.
     #[cold]
     fn bound_by_speeds(
         &self,
         piston: &MultiCellBody,
-        now: f64,
-        (slots, seen): (&[u32], &[Listed]),
+        (now, except): (f64, Option<u32>),
+        (slots, seen): (&mut Vec<u32>, &mut Vec<Listed>),
         candidates: &mut Candidates<Listed>,
     ) {
         let Some(wall) = &piston.wall else { return };
@@ -225,12 +225,12 @@ impl<F: CellFrame> CellState<F> {
         let normal = (second - first).normalize_or_zero().perp();
         let here = piston.motion_at(now).position;
         let own_speed = piston.max_speed(self.limit);
-        let unshifted = slots.iter().map(|&index| Listed {
+        let unshifted = slots.drain(..).map(|index| Listed {
             index,
             image: [0; 2],
         });
-        for other in unshifted.chain(seen.iter().copied()) {
-            if other.index == self.dummy() {
+        for other in unshifted.chain(seen.drain(..)) {
+            if other.index == self.dummy() || Some(other.index) == except {
                 continue;
             }
             let record = &self.records[other.index as usize];
@@ -268,6 +268,26 @@ impl<F: CellFrame> CellState<F> {
                 image: neighbour.image,
             })
         })
+    }
+
+    /// Collects the neighbours of a multi-cell body that are not driven; discs only if contacts of
+    /// two discs are not in closed form.
+    #[inline(always)]
+    fn gather_neighbours(
+        &self,
+        multi_cell_body: &MultiCellBody,
+        in_closed_form: bool,
+        around: &mut Surroundings,
+    ) {
+        for neighbour in &multi_cell_body.neighbours {
+            let other = &self.multi_cell.list[neighbour.index as usize];
+            if other.drive.is_none() && !(in_closed_form && other.is_disc_among_discs) {
+                around.seen.push(Listed {
+                    index: other.body,
+                    image: neighbour.image,
+                });
+            }
+        }
     }
 
     /// Collects the discs around a multi-cell body from the neighbour lists of its tiles.
