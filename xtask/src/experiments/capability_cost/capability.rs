@@ -232,7 +232,8 @@ const OF_AXES: [&str; 4] = ["nematic", "tetratic", "k-atic", "body-frame-diffusi
 
 impl Variant {
     /// Every run's own measures, which are those of `energy`, then each other measure with them.
-    /// The plain gas has no wall whose heat could be measured, no piston, and its discs have no axes.
+    /// The plain gas has no wall whose heat could be measured and no piston, and its discs have no
+    /// axes.
     pub fn measures() -> impl Iterator<Item = Self> {
         let others = |name: &&str| {
             !EVERY_RUN[1..].contains(name)
