@@ -533,19 +533,26 @@ impl HeapScheduler {
 
     /// Schedules the time at which a body enters another cell, or a piston reaches a stop.
     fn schedule_crossing(&mut self, world: &World, body: u32, now: f64) {
-        if world.bodies()[body as usize].is_piston() {
-            let time = world.stop_time(body, &self.motions[body as usize], now);
-            if time <= self.limit {
-                self.heap.push(Entry {
-                    time,
-                    bodies: [body; 2],
-                    versions: [self.versions[body as usize]; 2],
-                    image: [0; 2],
-                    kind: Kind::Stop,
-                });
-            }
-            return;
+        let (time, kind) = if world.bodies()[body as usize].is_piston() {
+            let motion = &self.motions[body as usize];
+            (world.stop_time(body, motion, now), Kind::Stop)
+        } else {
+            let (time, step) = self.next_crossing(body, now);
+            (time, Kind::Crossing(step))
+        };
+        if time <= self.limit {
+            self.heap.push(Entry {
+                time,
+                bodies: [body; 2],
+                versions: [self.versions[body as usize]; 2],
+                image: [0; 2],
+                kind,
+            });
         }
+    }
+
+    /// The time at which a body enters another cell, and that cell.
+    fn next_crossing(&self, body: u32, now: f64) -> (f64, CellStep) {
         let motion = &self.motions[body as usize];
         let place = self.grid.place(body);
         let (near, far) = (self.grid.corner(place), self.grid.far_corner(place));
@@ -572,17 +579,7 @@ impl HeapScheduler {
                 soonest = (time, CellStep { axis, direction });
             }
         }
-        let (time, step) = soonest;
-        if time <= self.limit {
-            let version = self.versions[body as usize];
-            self.heap.push(Entry {
-                time,
-                bodies: [body; 2],
-                versions: [version; 2],
-                image: [0; 2],
-                kind: Kind::Crossing(step),
-            });
-        }
+        soonest
     }
 }
 

@@ -42,12 +42,10 @@ impl Batch {
         if let Some(axis) = body.axis_of_piston()
             && velocity[1 - axis] != 0.0
         {
-            return Err(EditError::Scene(SceneError::Entry {
-                entry: self.name(index).to_string(),
-                problem: format!(
-                    "a piston moves along its normal only, but the velocity is {velocity:?}"
-                ),
-            }));
+            return Err(EditError::Scene(SceneError::of_entry(
+                &self.name(index).to_string(),
+                format!("a piston moves along its normal only, but the velocity is {velocity:?}"),
+            )));
         }
         let motion = Motion {
             velocity: DVec2::from(velocity),

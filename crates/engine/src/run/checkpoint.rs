@@ -189,7 +189,8 @@ pub enum CheckpointError {
     WallTable(usize),
     /// A piston whose numbers are out of range, or of a body that is no wall across the box.
     #[error(
-        "piston {0} of the checkpoint must be a wall across the box, between its stops, with a mass, and move along its          normal"
+        "piston {0} of the checkpoint must be a wall across the box, between its stops, with a mass, and move along its \
+         normal"
     )]
     Piston(usize),
     /// A tag with heat has no name.
@@ -666,25 +667,16 @@ impl Checkpoint {
             let Some(axis) = body.axis_across().filter(|_| body.is_fixed()) else {
                 return Err(wrong);
             };
-            let (motion, side) = (&world.motions[index], world.bounds.sides()[axis]);
-            let [low, high] = piston.stops;
-            let place = motion.position[axis];
-            let rounding = SAME_PLACE * side;
             let is_free = world.oscillation(index).is_none() && body.wall_temperature().is_none();
-            let is_between = low - rounding <= place && place <= high + rounding;
-            if !(piston.is_valid(side) && is_free && is_between) || motion.velocity[1 - axis] != 0.0
-            {
+            let side = world.bounds.sides()[axis];
+            if !(is_free && piston.is_of(&world.motions[index], axis, side)) {
                 return Err(wrong);
             }
-            Arc::make_mut(&mut world.bodies[index].kind).inertia = piston.inertia();
-            world.pistons.push(*piston);
+            world.free_piston(index, *piston);
         }
         Ok(())
     }
 }
-
-/// A piston farther beyond a stop than this share of the box is not one of a simulation.
-const SAME_PLACE: f64 = 1e-9;
 
 impl SavedBody {
     /// Checks that a body of this shape can have this motion.

@@ -22,7 +22,7 @@ use crate::{
     tiling::{TileCounters, TileUse, TileWork, Tiling},
     world::{
         World,
-        body::BodyName,
+        body::{Body, BodyName},
         counters::{Counters, Ledger, SchedulerCounters},
         heat::HeatByTag,
         tags::TagNames,
@@ -598,7 +598,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             return Ok(());
         };
         let moving = world.bodies.iter().filter(|body| !body.is_fixed());
-        let mass: f64 = moving.map(|body| 1.0 / body.inertia().inverse_mass).sum();
+        let mass: f64 = moving.map(Body::mass).sum();
         let at_speed_of_wall = 0.5 * mass * speed(&fastest) * speed(&fastest);
         let Ledger {
             initial,

@@ -271,6 +271,16 @@ pub enum GridError {
     },
 }
 
+impl SceneError {
+    /// The problem of an entry.
+    pub(crate) fn of_entry(entry: &str, problem: impl Into<String>) -> Self {
+        Self::Entry {
+            entry: entry.to_owned(),
+            problem: problem.into(),
+        }
+    }
+}
+
 impl GridError {
     /// Adds the names of the bodies to the error.
     pub(crate) fn named(self, name: impl Fn(usize) -> String) -> SceneError {

@@ -119,8 +119,9 @@ pub(crate) fn refuse_gravity(world: &World) -> Result<(), SceneError> {
                 .to_owned(),
         );
     }
-    for (name, axis) in [("x", DVec2::X), ("y", DVec2::Y)] {
-        if world.gravity.dot(axis) == 0.0 {
+    let stops = |wall: &Body, axis: usize| wall.axis_across() == Some(axis);
+    for (axis, name) in ["x", "y"].into_iter().enumerate() {
+        if world.gravity[axis] == 0.0 {
             continue;
         }
         if !world.bodies.iter().any(|wall| stops(wall, axis)) {
@@ -135,7 +136,7 @@ pub(crate) fn refuse_gravity(world: &World) -> Result<(), SceneError> {
                 stops(of_wall, axis) && world.pair_factor([body as u32, wall as u32]) > 0.0
             })
         };
-        let falls_for_ever = |&body: &usize| !world.bodies[body].is_fixed() && !is_stopped(body);
+        let falls_for_ever = |&body: &usize| world.bodies[body].is_free() && !is_stopped(body);
         if world.pairs.is_active()
             && let Some(body) = (0..world.bodies.len()).find(falls_for_ever)
         {
@@ -146,11 +147,4 @@ pub(crate) fn refuse_gravity(world: &World) -> Result<(), SceneError> {
         }
     }
     Ok(())
-}
-
-/// Whether a body is a wall across the box that stops a fall along an axis. Such walls do not turn.
-fn stops(wall: &Body, axis: DVec2) -> bool {
-    let edge = wall.molecule().wall_edge();
-    let is_across = wall.molecule().atoms().is_empty();
-    is_across && edge.is_some_and(|edge| edge.along().perp_dot(axis) != 0.0)
 }

@@ -1,7 +1,5 @@
 //! Pistons of a scene: walls at rest while the gases are placed, which get their masses afterwards.
 
-use std::sync::Arc;
-
 use carom_geometry::{MAX_MAGNITUDE, MIN_MAGNITUDE, check_length, gap_between};
 use carom_kinematics::Motion;
 use glam::DVec2;
@@ -47,7 +45,7 @@ fn free_piston(
     index: usize,
     entry: &str,
 ) -> Result<(), SceneError> {
-    let refused = |text: String| Err(problem(entry, text));
+    let refused = |text: String| Err(SceneError::of_entry(entry, text));
     let geometry = |reason| SceneError::Geometry {
         entry: entry.to_owned(),
         reason,
@@ -74,10 +72,9 @@ fn free_piston(
     let stops = match spec.stops {
         Some(stops) => stops,
         None => default_stops(world, index, axis).ok_or_else(|| {
-            problem(
+            SceneError::of_entry(
                 entry,
-                "a piston needs `stops` where no other wall across the box is parallel to it"
-                    .to_owned(),
+                "a piston needs `stops` where no other wall across the box is parallel to it",
             )
         })?,
     };
@@ -106,8 +103,7 @@ fn free_piston(
     };
     refuse_slow(entry, &motion, 0.0)?;
     world.motions[index] = motion;
-    Arc::make_mut(&mut world.bodies[index].kind).inertia = piston.inertia();
-    world.pistons.push(piston);
+    world.free_piston(index, piston);
     Ok(())
 }
 
@@ -119,7 +115,7 @@ pub(crate) fn check_force(entry: &str, force: f64, mass: f64) -> Result<f64, Sce
     if is_force(force, mass) {
         return Ok(force + 0.0);
     }
-    Err(problem(
+    Err(SceneError::of_entry(
         entry,
         format!(
             "the acceleration of a piston by its `force` must be 0 or from {MIN_MAGNITUDE:e} to {MAX_MAGNITUDE:e}, but \
@@ -159,7 +155,7 @@ pub(crate) fn refuse_pistons(
     name: impl Fn(usize) -> String,
 ) -> Result<(), SceneError> {
     for piston in world.pistons() {
-        refuse_piston(world, piston).map_err(|text| problem(&name(piston), text))?;
+        refuse_piston(world, piston).map_err(|text| SceneError::of_entry(&name(piston), text))?;
     }
     Ok(())
 }
@@ -254,29 +250,16 @@ fn range_of(
     motion: &Motion,
     axis: usize,
 ) -> Option<[f64; 2]> {
-    let reach = wall.reach();
-    let (middle, half) = match wall.axis_across() {
-        Some(own) if own != axis => return None,
-        Some(_) => {
-            let [low, high] = world
-                .piston(index)
-                .map_or([motion.position[axis]; 2], |piston| piston.stops);
-            (0.5 * (low + high), 0.5 * (high - low))
-        }
-        None => {
-            let standing = StandingWall::new(wall, motion)?;
-            let [low, high] = standing.extent().map(|corner| corner[axis]);
-            (0.5 * (low + high), 0.5 * (high - low))
-        }
+    let [low, high] = match (wall.axis_across(), world.piston(index)) {
+        (Some(own), _) if own != axis => return None,
+        (Some(_), Some(piston)) => piston.stops,
+        (Some(_), None) => [motion.position[axis]; 2],
+        (None, _) => StandingWall::new(wall, motion)?
+            .extent()
+            .map(|corner| corner[axis]),
     };
     let side = world.bounds.sides()[axis];
+    let (middle, half) = (0.5 * (low + high), 0.5 * (high - low) + wall.reach());
     let middle = middle - side * (middle / side).floor();
-    Some([middle - half - reach, middle + half + reach])
-}
-
-fn problem(entry: &str, problem: String) -> SceneError {
-    SceneError::Entry {
-        entry: entry.to_owned(),
-        problem,
-    }
+    Some([middle - half, middle + half])
 }

@@ -420,10 +420,7 @@ pub(crate) fn add_piston(
 ) -> Result<crate::BodyKey, SceneError> {
     let (x, y) = (spec.x, spec.y);
     if x.is_some() == y.is_some() {
-        return Err(SceneError::Entry {
-            entry: entry.to_owned(),
-            problem: "give a piston `x` or `y`".to_owned(),
-        });
+        return Err(SceneError::of_entry(entry, "give a piston `x` or `y`"));
     }
     let wall = WallSpec {
         tags: spec.tags.clone(),

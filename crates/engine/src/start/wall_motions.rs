@@ -52,7 +52,7 @@ impl WallMotionSpec {
             refuse_slow(entry, &motion, wall.bounding_radius())?;
             return Ok((motion, None));
         };
-        let problem = |problem: String| refused(entry, problem);
+        let problem = |problem: String| SceneError::of_entry(entry, problem);
         if wall.atoms().is_empty() {
             return Err(problem(
                 "a wall across the box cannot turn: give it end points (`from` and `to`)"
@@ -82,7 +82,7 @@ impl WallMotionSpec {
 
     /// What the wall does beside uniform motion; `None` unless it oscillates.
     fn oscillation(&self, entry: &str, bounds: &PeriodicBox) -> Result<Option<Drive>, SceneError> {
-        let problem = |problem: String| Err(refused(entry, problem));
+        let problem = |problem: String| Err(SceneError::of_entry(entry, problem));
         let amplitude = DVec2::from(self.amplitude);
         if amplitude == DVec2::ZERO && self.frequency == 0.0 && self.phase == 0.0 {
             return Ok(None);
@@ -119,7 +119,7 @@ impl WallMotionSpec {
     /// The pieces of the table, as duration (time) and velocity (length per time); none without a
     /// table.
     fn pieces(&self, entry: &str) -> Result<Vec<(f64, DVec2)>, SceneError> {
-        let problem = |problem: String| Err(refused(entry, problem));
+        let problem = |problem: String| Err(SceneError::of_entry(entry, problem));
         if self.times.is_empty() && self.places.is_empty() && !self.repeat {
             return Ok(Vec::new());
         }
@@ -194,13 +194,6 @@ impl WallMotionSpec {
         world.set_wall_table(wall, self.pieces(entry)?, self.repeat);
         world.advance_wall_tables();
         Ok(())
-    }
-}
-
-fn refused(entry: &str, problem: String) -> SceneError {
-    SceneError::Entry {
-        entry: entry.to_owned(),
-        problem,
     }
 }
 

@@ -26,7 +26,7 @@ const MAX_PHASE: f64 = 8.0;
 const MAX_FALL: f64 = 0.25;
 
 /// Two places that differ by less than this share of the box are one.
-const SAME_PLACE: f64 = 1e-9;
+pub(crate) const SAME_PLACE: f64 = 1e-9;
 
 /// The oscillation of a wall.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -193,7 +193,7 @@ impl World {
                 .motion_at(body as u32, &self.motions[body], time)
                 .position
                 + self.bounds.shift(self.windings[body]);
-            self.acceleration(body).dot(place) / self.bodies[body].inertia().inverse_mass
+            self.bodies[body].mass() * self.acceleration(body).dot(place)
         });
         exact_sum(terms)
     }

@@ -5,6 +5,8 @@
 //! coincides with the laboratory at the start of the epoch, as that of a free body is uniform in
 //! the falling frame ([`crate::world::drives`]). Stops reflect it, at a time in closed form.
 
+use std::sync::Arc;
+
 use carom_geometry::{MAX_MAGNITUDE, MIN_MAGNITUDE};
 use carom_kinematics::{Inertia, Motion};
 use glam::DVec2;
@@ -13,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use crate::world::{
     World,
     body::{Body, BodyKey},
+    drives::SAME_PLACE,
 };
 
 /// The properties of a piston beside those of its wall.
@@ -29,11 +32,6 @@ pub(crate) struct Piston {
 }
 
 impl Piston {
-    /// Inverse mass and inverse moment: it does not turn.
-    pub fn inertia(&self) -> Inertia {
-        Inertia::locked(self.mass)
-    }
-
     /// Whether all numbers are in their ranges, in a box with this side along the axis (length).
     pub fn is_valid(&self, side: f64) -> bool {
         let [low, high] = self.stops;
@@ -42,6 +40,17 @@ impl Piston {
             && 0.0 < low
             && low < high
             && high < side
+    }
+
+    /// Whether a simulation can have written it for a wall across the box with this motion along
+    /// this axis at the start of an epoch, in a box with this side along it (length).
+    pub fn is_of(&self, motion: &Motion, axis: usize, side: f64) -> bool {
+        let [low, high] = self.stops;
+        let (place, rounding) = (motion.position[axis], SAME_PLACE * side);
+        self.is_valid(side)
+            && low - rounding <= place
+            && place <= high + rounding
+            && motion.velocity[1 - axis] == 0.0
     }
 
     /// The time until a piston at this place on its axis, with this velocity and acceleration along
@@ -138,6 +147,13 @@ impl World {
         let here = self.motion_at(body, motion, now);
         let acceleration = self.acceleration(index)[axis];
         now + piston.time_to_stop(here.position[axis], here.velocity[axis], acceleration)
+    }
+
+    /// Makes a fixed wall across the box (index in the order of the bodies) a piston, which does
+    /// not turn.
+    pub(crate) fn free_piston(&mut self, wall: usize, piston: Piston) {
+        Arc::make_mut(&mut self.bodies[wall].kind).inertia = Inertia::locked(piston.mass);
+        self.pistons.push(piston);
     }
 
     /// Replaces the properties of a piston of the system.

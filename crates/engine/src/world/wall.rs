@@ -71,7 +71,7 @@ impl StandingWall {
     }
 
     /// Half its thickness (length).
-    pub(crate) fn thickness(&self) -> f64 {
+    pub(crate) fn radius(&self) -> f64 {
         self.edge.radius()
     }
 

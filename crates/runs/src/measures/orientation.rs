@@ -30,7 +30,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
             group: selection.group,
             harmonics: [0.0; HARMONICS],
             terms: 0,
-            is_free: !selection.view.bodies().any(|body| !body.body.is_free()),
+            is_free: selection.view.bodies().all(|body| body.body.is_free()),
         }))
     },
     resume: resumed::<Orientations>,

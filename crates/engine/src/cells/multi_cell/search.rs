@@ -239,7 +239,7 @@ impl<F: CellFrame> CellState<F> {
                 f64::from(other.image[1]) * self.sides[1],
             );
             let place = record.origin() + record.velocity() * now + shift;
-            let distance = (place - here).dot(normal).abs() - record.radius() - wall.thickness();
+            let distance = (place - here).dot(normal).abs() - record.radius() - wall.radius();
             let speed = own_speed + record.velocity().length();
             let bound = (distance * (1.0 - 1e-9) - self.separation_error).max(0.0) / speed;
             if bound < f64::INFINITY {
