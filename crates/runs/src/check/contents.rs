@@ -94,7 +94,7 @@ impl CheckedContents {
             } else {
                 molecule.area()
             };
-            let key = [molecule.bounding_radius(), molecule.mass(), kt, area].map(f64::to_bits);
+            let key = [molecule.bounding_radius(), body.mass(), kt, area].map(f64::to_bits);
             let new = Equal {
                 first: index,
                 number: 0,
@@ -404,6 +404,31 @@ mod tests {
         assert!(
             text.contains("101 move, 1 of which turn") && text.contains("to t = 2, 4 samples"),
             "{text}"
+        );
+    }
+
+    #[test]
+    fn pistons_are_told_with_their_masses() {
+        let found = contents(
+            "[[piston]]\nx = 0.25\nmass = 3.0\nstops = [0.2, 0.4]\n\
+             [[piston]]\nx = 0.75\nmass = 5.0\nstops = [0.6, 0.8]\n",
+        );
+        let told = found.bodies.iter().map(|kind| {
+            (
+                kind.number,
+                kind.shape.as_str(),
+                kind.size.as_str(),
+                kind.mass.as_str(),
+            )
+        });
+        let mut told: Vec<_> = told.collect();
+        told.sort_unstable();
+        assert_eq!(
+            told,
+            [
+                (1, "piston", "length 1", "3"),
+                (1, "piston", "length 1", "5")
+            ]
         );
     }
 

@@ -91,8 +91,9 @@ fn molecules(view: &View<'_>, contents: &CheckedContents) -> Cost {
 
 fn fixed(view: &View<'_>) -> Cost {
     let count = |of: fn(&Body) -> bool| view.bodies().filter(|view| of(view.body)).count();
-    let walls = count(Body::is_wall);
+    let walls = count(|body| body.is_wall() && body.is_fixed());
     let bumpers = count(Body::is_fixed) - walls;
+    let pistons = count(Body::is_piston);
     let thermal = count(|body| body.wall_temperature().is_some());
     let is_moved = |wall: &BodyView<'_>| wall.body.is_fixed() && !wall.motion.is_at_rest();
     let moved = view.bodies().filter(is_moved).count();
@@ -101,6 +102,7 @@ fn fixed(view: &View<'_>) -> Cost {
         (walls, "walls"),
         (moved, "that move"),
         (thermal, "with a temperature"),
+        (pistons, "pistons"),
         (bumpers, "fixed discs"),
     ] {
         if number > 0 {
@@ -262,5 +264,19 @@ mod tests {
             "reports of contacts for pressure, directions:tee"
         );
         assert!(words("thermostats").starts_with("4 actions"), "{all:?}");
+    }
+
+    #[test]
+    fn pistons_are_neither_fixed_bodies_nor_molecules() {
+        let all = paid(
+            "[[piston]]\nx = 0.5\nmass = 3.0\nstops = [0.2, 0.8]\n[[wall]]\ny = 0.0\n\
+             [[bumper]]\nradius = 0.05\nat = [0.2, 0.2]\n",
+        );
+        let words = |what: &str| &all.iter().find(|(name, ..)| *name == what).unwrap().2;
+        assert_eq!(
+            words("walls, fixed bodies"),
+            "walls: 1, pistons: 1, fixed discs: 1"
+        );
+        assert!(words("molecules").starts_with("discs only"), "{all:?}");
     }
 }
