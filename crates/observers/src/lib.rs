@@ -49,6 +49,7 @@
 //! | displacements along and across the axis of a body, in its own frame | [`BodyFrameDiffusion`] | samples |
 //! | distances: the pair distribution g(r) | [`PairDistribution`] | samples |
 //! | density of a gas at contact along a body's boundary | [`ContactDensity`] | contacts, samples |
+//! | growth of small deviations: the Lyapunov exponents | [`LyapunovSpectrum`] | contacts, samples |
 //! | every impulse on a body | [`ImpulseLog`] | contacts |
 //! | every contact between bodies of two tags | [`ContactLog`] | contacts |
 //! | every flight of every body, up to a capacity | [`FlightLog`] | contacts |
@@ -97,6 +98,7 @@ mod intermediate_scattering;
 mod isotropy;
 mod kinds;
 mod lags;
+mod lyapunov;
 mod maps;
 mod moving_frame;
 mod octaves;
@@ -150,6 +152,7 @@ pub use intermediate_scattering::{
     IntermediateScattering, ScatteringError, ScatteringPoint, ScatteringScales,
 };
 pub use isotropy::Isotropy;
+pub use lyapunov::{LyapunovError, LyapunovSpectrum};
 pub use maps::{BoxMap, density_map, order_map};
 pub use orientational_correlation::{OrientationCorrelation, OrientationPoint};
 pub use orientational_order::{

@@ -29,6 +29,7 @@ mod k_atic;
 pub mod kicks;
 mod kind;
 mod known;
+mod lyapunov;
 mod measured;
 mod orientation;
 mod overlap;
@@ -85,7 +86,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 40] = [
+pub const KINDS: [MeasureKind; 41] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -124,6 +125,7 @@ pub const KINDS: [MeasureKind; 40] = [
     wall_pressure::KIND,
     wall_energy::WORK,
     piston::KIND,
+    lyapunov::KIND,
     impulses::KIND,
     events::KIND,
 ];

@@ -9,7 +9,7 @@ use carom::engine::{MeasureParameter, MeasureSpec, did_you_mean};
 use super::{
     KINDS, MeasureKind, heat_conductivity,
     kind::{EVERY, INTERVAL, check_word},
-    viscosity,
+    lyapunov, viscosity,
 };
 use crate::schedule::stages;
 
@@ -222,6 +222,12 @@ pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
             request.kind.name
         );
     }
+    let of_deviations = requests
+        .iter()
+        .find(|request| request.kind.name == lyapunov::KIND.name);
+    if let Some(request) = of_deviations {
+        lyapunov::check(scene).with_context(|| request.entry.clone())?;
+    }
     for (index, request) in requests.iter().enumerate() {
         let key = |request: &Request| (request.kind.name, request.distinction());
         let same = requests[..index]
@@ -239,7 +245,7 @@ pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
 }
 
 /// Other names of measures, as in the literature and in other programs.
-const ALIASES: [(&str, &str); 11] = [
+const ALIASES: [(&str, &str); 12] = [
     ("msd", "correlation"),
     ("vacf", "correlation"),
     ("rdf", "pair-distribution"),
@@ -251,6 +257,7 @@ const ALIASES: [(&str, &str); 11] = [
     ("disclinations", "defects"),
     ("stress", "pressure-tensor"),
     ("maps", "fields"),
+    ("lyapunov-spectrum", "lyapunov"),
 ];
 
 /// The kind of measure with this name.

@@ -225,12 +225,50 @@ pub fn falls(scene: &Scene) -> bool {
     )
 }
 
+/// Whether an elasticity of which this holds rules contacts in the measured part of a run.
+pub fn has_elasticity(scene: &Scene, holds: impl Fn(&ElasticitySpec) -> bool) -> bool {
+    acts(
+        scene,
+        &scene.elasticity,
+        |stage| stage.elasticity.as_ref(),
+        holds,
+    )
+}
+
+/// What changes motions or bodies within the measured part of a run, besides contacts; `None` if
+/// nothing does.
+pub fn resets(scene: &Scene) -> Option<&'static str> {
+    let mut measured = scene.stage.iter().filter(|stage| stage.measure);
+    let first = measured.next()?;
+    // What the first stage sets is set before the measurement.
+    if !first.thermostat.is_empty() {
+        return Some("a thermostat");
+    }
+    measured.find_map(|stage| {
+        let edits = [
+            (!stage.thermostat.is_empty(), "a thermostat"),
+            (!stage.set_energy.is_empty(), "set_energy"),
+            (!stage.set_velocity.is_empty(), "set_velocity"),
+            (!stage.move_wall.is_empty(), "move_wall"),
+            (!stage.add_wall.is_empty(), "add_wall"),
+            (!stage.add.is_empty(), "add"),
+            (!stage.remove.is_empty(), "remove"),
+            (!stage.lock.is_empty(), "lock"),
+            (!stage.unlock.is_empty(), "unlock"),
+            (stage.drag.is_some_and(|drag| drag > 0.0), "a drag"),
+        ];
+        edits
+            .into_iter()
+            .find_map(|(is_there, what)| is_there.then_some(what))
+    })
+}
+
 /// Whether a quantity with this value at the start, which stages may replace, acts in the measured
 /// part of a run.
-fn acts<T: Copy>(
-    scene: &Scene,
+fn acts<'a, T: Copy>(
+    scene: &'a Scene,
     start: T,
-    replaced: impl Fn(&StageSpec) -> Option<T>,
+    replaced: impl Fn(&'a StageSpec) -> Option<T>,
     is_active: impl Fn(T) -> bool,
 ) -> bool {
     if scene.stage.is_empty() {

@@ -1,0 +1,216 @@
+//! The Lyapunov exponents: how fast neighbouring trajectories part.
+//!
+//! A small deviation of the state grows as exp(λ t). The growth of the largest of orthonormal
+//! vectors gives λ₁, that of the area spanned by two λ₁ + λ₂, and so on (Benettin, Galgani,
+//! Giorgilli and Strelcyn 1980). The vectors follow the exact derivative of the dynamics through
+//! each flight and each contact (Dellago, Posch and Hoover 1996).
+//!
+//! In a system without losses the exponents pair, λᵢ + λ_{D+1−i} = 0 for D components, and each
+//! conserved quantity makes two of them 0: six in a periodic gas of elastic discs. A contact with
+//! the elasticity e shrinks the volume in the space of states by e², so that
+//!
+//! Σ λᵢ = ⟨Σ ln e²⟩ / t.
+
+mod contact_map;
+mod tangent_space;
+
+use carom_engine::{Body, CollisionReport, Observer, View};
+use carom_geometry::PeriodicBox;
+use carom_kinematics::EpochTime;
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use contact_map::ContactMap;
+use tangent_space::{TangentSpace, dimension};
+
+/// The largest Lyapunov exponents of a system, up to all of them.
+///
+/// Free bodies are discs or molecules of discs and edges that may turn; fixed bodies, walls and
+/// containers may stand among them, and gravity may act. The contacts are those of the rule of
+/// restitution, without rough surfaces or kicks. An edit of the motions leaves the vectors as they
+/// are; an edit of the bodies begins anew with others.
+///
+/// ```
+/// use carom_engine::{Observer, Scene, Simulation};
+/// use carom_observers::LyapunovSpectrum;
+///
+/// let scene = Scene::from_toml("[[gas]]\nradius = 0.05\nmass = 1.0\nenergy = 1.0\ncount = 8")?;
+/// let mut simulation = Simulation::new(&scene)?;
+/// let mut spectrum = LyapunovSpectrum::new(&simulation.view(), 32, 0.0)?;
+/// spectrum.start(&simulation.view());
+/// simulation.observe_until(20.0, &mut spectrum)?;
+/// spectrum.sample(&simulation.view());
+/// let exponents: Vec<f64> = spectrum.sums().iter().map(|[x, t]| x / t).collect();
+/// assert!(exponents[0] > 1.0);
+/// assert!((exponents[0] + exponents[31]).abs() < 1e-8);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[doc(alias = "chaos")]
+#[doc(alias = "Kolmogorov-Sinai entropy")]
+pub struct LyapunovSpectrum {
+    dimension: usize,
+    transient: f64,
+    space: Option<TangentSpace>,
+    bounds: PeriodicBox,
+    gravity: DVec2,
+    /// When the present vectors began, and the last sample since.
+    begun: EpochTime,
+    sampled: EpochTime,
+    /// Σ ln of the growth of each vector in the measured intervals.
+    growth: Vec<f64>,
+    /// Σ ln e² of the contacts since the last sample, and in the measured intervals.
+    contraction: [f64; 2],
+    duration: f64,
+    /// The first exponents that rounding has left, in all vectors so far.
+    known: usize,
+}
+
+/// Why a system has no Lyapunov exponents here.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[non_exhaustive]
+pub enum LyapunovError {
+    /// No body moves freely.
+    #[error("no body moves freely, so that no state can deviate")]
+    NoFreeBody,
+    /// The derivative of this is not known.
+    #[error(
+        "the derivative of the motion is known for discs, edges and walls that stand, not for {0}"
+    )]
+    Unknown(&'static str),
+}
+
+impl LyapunovSpectrum {
+    /// The `exponents` largest of the system in this view, at most as many as it has coordinates
+    /// and velocities. In the time `transient` after the start the vectors turn to their
+    /// directions, and nothing is measured.
+    ///
+    /// # Errors
+    /// [`LyapunovError`]
+    pub fn new(view: &View<'_>, exponents: usize, transient: f64) -> Result<Self, LyapunovError> {
+        let dimension = dimension(view);
+        let count = exponents.min(dimension);
+        if count == 0 {
+            return Err(LyapunovError::NoFreeBody);
+        }
+        if let Some(what) = unknown(view) {
+            return Err(LyapunovError::Unknown(what));
+        }
+        Ok(Self {
+            dimension,
+            transient,
+            space: None,
+            bounds: *view.bounds(),
+            gravity: view.gravity(),
+            begun: view.time(),
+            sampled: view.time(),
+            growth: vec![0.0; count],
+            contraction: [0.0; 2],
+            duration: 0.0,
+            known: count,
+        })
+    }
+
+    /// The number of all exponents, which is that of the coordinates and velocities of all free
+    /// bodies: four for a body, six for one that turns.
+    pub fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    /// [Σx, Σw] of each exponent up to the last sample, the largest first: x is ln of the growth,
+    /// w is the time. [0, 0] for those that rounding has lost, of vectors that a contact has
+    /// flattened, as one with elasticity 0 does.
+    pub fn sums(&self) -> Vec<[f64; 2]> {
+        let of = |(index, growth): (usize, &f64)| {
+            if index < self.known {
+                [*growth, self.duration]
+            } else {
+                [0.0; 2]
+            }
+        };
+        self.growth.iter().enumerate().map(of).collect()
+    }
+
+    /// Σ ln e² of the contacts in the measured time: that of the volume in the space of states.
+    pub fn contraction(&self) -> f64 {
+        self.contraction[1]
+    }
+}
+
+/// What in a system has no derivative here; `None` if all has.
+fn unknown(view: &View<'_>) -> Option<&'static str> {
+    if view.drag() != 0.0 {
+        return Some("a drag");
+    }
+    view.bodies().find_map(|view_of| {
+        let body = view_of.body;
+        if body.is_piston() {
+            Some("pistons")
+        } else if !body.molecule().ellipses().is_empty() {
+            Some("ellipses")
+        } else if body.wall_temperature().is_some() {
+            Some("walls with a temperature")
+        } else if view.oscillation(body.key()).is_some() {
+            Some("walls that oscillate")
+        } else {
+            None
+        }
+    })
+}
+
+impl Observer for LyapunovSpectrum {
+    #[inline]
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        bodies.into_iter().any(Body::is_free)
+    }
+
+    fn start(&mut self, view: &View<'_>) {
+        self.bounds = *view.bounds();
+        self.gravity = view.gravity();
+        if self.space.as_ref().is_some_and(|space| space.is_of(view)) {
+            return;
+        }
+        self.space = Some(TangentSpace::new(view, self.growth.len()));
+        self.begun = view.time();
+        self.sampled = view.time();
+        self.contraction[0] = 0.0;
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        let Some(space) = &mut self.space else {
+            return;
+        };
+        if report.impulse == DVec2::ZERO {
+            return;
+        }
+        if let Some(map) = ContactMap::new(report, &self.bounds, self.gravity) {
+            let bodies = report.sides.map(|side| side.body.id());
+            space.cross(bodies, report.time, &map);
+            self.contraction[0] += 2.0 * report.elasticity.coefficient().ln();
+        }
+    }
+
+    fn sample(&mut self, view: &View<'_>) {
+        let Some(space) = &mut self.space else {
+            return;
+        };
+        let time = view.time();
+        let growth = space.take_growth(time);
+        let contraction = std::mem::take(&mut self.contraction[0]);
+        let duration = time.since(std::mem::replace(&mut self.sampled, time));
+        // The interval counts if all of it lies behind the transient.
+        if time.since(self.begun) - duration < self.transient {
+            return;
+        }
+        self.known = self.known.min(space.known());
+        for (sum, term) in self.growth.iter_mut().zip(growth) {
+            *sum += term;
+        }
+        self.contraction[1] += contraction;
+        self.duration += duration;
+    }
+}
+
+#[cfg(test)]
+mod tests;

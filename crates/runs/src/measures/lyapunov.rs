@@ -1,0 +1,177 @@
+//! `lyapunov`: the Lyapunov exponents of the whole system.
+
+use anyhow::{Result, bail};
+use carom::{Scene, engine::ElasticitySpec, observers::LyapunovSpectrum};
+use carom_tables::{BlockMean, Sums, Table};
+
+use super::{
+    Context, Default, MeasureKind, Measured, Of, Parameter, Results, Span, in_blocks, resumed,
+};
+use crate::schedule::stages;
+
+pub(super) const KIND: MeasureKind = MeasureKind {
+    name: "lyapunov",
+    summary: "the largest Lyapunov exponents, up to all: growth of small deviations by the exact derivative of \
+              flights and contacts",
+    of: Of::System,
+    span: Span::Measurement,
+    parameters: &[
+        Parameter::up_to(
+            "exponents",
+            MAX_EXPONENTS,
+            Default::FromScene("all, at most 256"),
+            "number of exponents, the largest first; each contact costs in proportion, the orthogonalisation as the \
+             square",
+        ),
+        Parameter::positive(
+            "transient",
+            Default::Number(0.0),
+            "time before the first average, in which the deviations turn to their directions",
+        ),
+    ],
+    figures: &[LARGEST, ENTROPY, PAIR, SUM],
+    start: |selection| {
+        let exponents = selection
+            .given("exponents")
+            .map_or(DEFAULT_EXPONENTS, |given| given as usize);
+        let transient = selection.given("transient").unwrap_or(0.0);
+        Ok(in_blocks(LyapunovSpectrum::new(
+            selection.view,
+            exponents,
+            transient,
+        )?))
+    },
+    resume: resumed::<LyapunovSpectrum>,
+};
+
+/// More take minutes for each orthogonalisation, and gigabytes.
+const MAX_EXPONENTS: f64 = 4096.0;
+
+/// Exponents without a wish: all of 64 discs.
+const DEFAULT_EXPONENTS: usize = 256;
+
+const LARGEST: &str = "largest Lyapunov exponent";
+const ENTROPY: &str = "Kolmogorov-Sinai entropy";
+const PAIR: &str = "largest sum of a pair of Lyapunov exponents";
+const SUM: &str = "sum of the Lyapunov exponents";
+const RATE: &str = "1/time";
+
+impl Measured for LyapunovSpectrum {
+    const OF_INTERVALS: bool = true;
+
+    /// The exponents, the sums of pairs from both ends if all are measured, then the sum of the
+    /// larger half, the sum of all, and the contraction.
+    fn sums(&self) -> Sums {
+        let mut sums = self.sums();
+        let (count, half) = (sums.len(), self.dimension() / 2);
+        let total = |part: &[[f64; 2]], needed: usize| {
+            let time = part
+                .iter()
+                .map(|[_, time]| *time)
+                .fold(f64::INFINITY, f64::min);
+            if part.len() < needed || time == 0.0 {
+                return [0.0; 2];
+            }
+            [part.iter().map(|[growth, _]| growth).sum(), time]
+        };
+        let pair = |n: usize| {
+            let [first, last] = [n, self.dimension() - 1 - n].map(|n| sums.get(n).copied());
+            first
+                .zip(last)
+                .map_or([0.0; 2], |(first, last)| total(&[first, last], 2))
+        };
+        let pairs: Vec<[f64; 2]> = (0..half).map(pair).collect();
+        let [larger, all] = [
+            total(&sums[..half.min(count)], half),
+            total(&sums, 2 * half),
+        ];
+        let contraction = [self.contraction(), all[1]];
+        sums.extend(pairs);
+        sums.extend([larger, all, contraction]);
+        sums
+    }
+
+    fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
+        let half = self.dimension() / 2;
+        let count = means.len().saturating_sub(half + 3);
+        let (exponents, others) = means.split_at(count);
+        let number = |n: usize| (n + 1) as f64;
+        let mut table = Table::new(context.table("lyapunov"), "Lyapunov exponents")
+            .abscissa("number", "1", (0..count).map(number).collect())
+            .means("exponent", RATE, exponents)
+            .caption(
+                "Growth of small deviations, the fastest first; without losses they pair, and each conserved quantity \
+                 makes two of them 0, which is approached as ln t / t. The first transient is part of the averages \
+                 unless `transient` leaves it out."
+                    .to_owned(),
+            );
+        let Some((pairs, [larger, all, contraction])) = others
+            .split_at_checked(half)
+            .and_then(|(pairs, rest)| Some((pairs, <&[BlockMean; 3]>::try_from(rest).ok()?)))
+        else {
+            return Results::default();
+        };
+        let widest = pairs
+            .iter()
+            .filter(|pair| pair.value.is_some())
+            .max_by(|a, b| {
+                let size = |mean: &BlockMean| mean.value.map_or(0.0, f64::abs);
+                size(a).total_cmp(&size(b))
+            });
+        if widest.is_some() {
+            let partner = |n: usize| pairs[n.min(self.dimension() - 1 - n)].value;
+            table = table.derived(
+                "sum with its partner",
+                RATE,
+                (0..count).map(partner).collect(),
+            );
+        }
+        let mut figures: Vec<_> = exponents
+            .first()
+            .and_then(|mean| context.figure(LARGEST, RATE, mean))
+            .into_iter()
+            .collect();
+        if context.is_elastic {
+            figures.extend(context.figure(ENTROPY, RATE, larger));
+            figures.extend(widest.and_then(|pair| context.figure(PAIR, RATE, pair)));
+        } else {
+            let sum = context.figure(SUM, RATE, all);
+            figures.extend(sum.map(|sum| sum.predicted(contraction.value, CONTRACTION)));
+        }
+        Results {
+            tables: vec![table],
+            figures,
+            ..Results::default()
+        }
+    }
+}
+
+/// Source of the prediction of the sum.
+const CONTRACTION: &str = "ln e² for each contact: the volume in the space of states";
+
+/// Refuses scenes whose measured part has contacts or edits without a derivative here.
+///
+/// # Errors
+/// The surfaces are rough, or give kicks, their elasticity depends on the speed, or velocities are
+/// set while the exponents are measured.
+pub(super) fn check(scene: &Scene) -> Result<()> {
+    let what = if stages::has_elasticity(scene, ElasticitySpec::is_rough) {
+        "rough surfaces or kicks"
+    } else if stages::has_elasticity(scene, |elasticity| {
+        elasticity
+            .pair
+            .iter()
+            .any(|rule| rule.coefficient.number().is_none())
+    }) {
+        "an elasticity that depends on the speed"
+    } else if let Some(what) = stages::resets(scene) {
+        what
+    } else {
+        return Ok(());
+    };
+    bail!(
+        "'{}' needs smooth contacts of a constant elasticity between edits, and motions that nothing else sets: it cannot \
+         be measured with {what}",
+        KIND.name
+    )
+}
