@@ -151,6 +151,11 @@ impl ContactMap {
         })
     }
 
+    /// The share of the relative velocity of the anchors that is along the normal, 0 to 1.
+    pub(super) fn approach(&self) -> f64 {
+        -self.gap_rate / self.relative.length()
+    }
+
     /// The deviations of both bodies after the contact, from those before it.
     pub(super) fn apply(&self, before: [Deviation; 2]) -> [Deviation; 2] {
         let Self { sides, normal, .. } = self;

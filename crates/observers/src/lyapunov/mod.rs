@@ -52,19 +52,17 @@ use tangent_space::{TangentSpace, dimension};
 pub struct LyapunovSpectrum {
     dimension: usize,
     transient: f64,
-    space: Option<TangentSpace>,
+    space: TangentSpace,
     bounds: PeriodicBox,
     gravity: DVec2,
-    /// When the present vectors began, and the last sample since.
-    begun: EpochTime,
+    /// When the present vectors began; `None` before the start.
+    begun: Option<EpochTime>,
     sampled: EpochTime,
     /// Σ ln of the growth of each vector in the measured intervals.
     growth: Vec<f64>,
     /// Σ ln e² of the contacts since the last sample, and in the measured intervals.
     contraction: [f64; 2],
     duration: f64,
-    /// The first exponents that rounding has left, in all vectors so far.
-    known: usize,
 }
 
 /// Why a system has no Lyapunov exponents here.
@@ -100,15 +98,14 @@ impl LyapunovSpectrum {
         Ok(Self {
             dimension,
             transient,
-            space: None,
+            space: TangentSpace::new(view, count),
             bounds: *view.bounds(),
             gravity: view.gravity(),
-            begun: view.time(),
+            begun: None,
             sampled: view.time(),
             growth: vec![0.0; count],
             contraction: [0.0; 2],
             duration: 0.0,
-            known: count,
         })
     }
 
@@ -119,17 +116,17 @@ impl LyapunovSpectrum {
     }
 
     /// [Σx, Σw] of each exponent up to the last sample, the largest first: x is ln of the growth,
-    /// w is the time. [0, 0] for those that rounding has lost, of vectors that a contact has
-    /// flattened, as one with elasticity 0 does.
+    /// w is the time.
     pub fn sums(&self) -> Vec<[f64; 2]> {
-        let of = |(index, growth): (usize, &f64)| {
-            if index < self.known {
-                [*growth, self.duration]
-            } else {
-                [0.0; 2]
-            }
-        };
-        self.growth.iter().enumerate().map(of).collect()
+        let of = |growth: &f64| [*growth, self.duration];
+        self.growth.iter().map(of).collect()
+    }
+
+    /// How often a vector was rounding alone, after a contact that stretched the deviations by more
+    /// than 10⁶, or one with elasticity 0. If it happened, the smallest exponents are smaller than
+    /// they seem.
+    pub fn replaced(&self) -> u64 {
+        self.space.replaced()
     }
 
     /// Σ ln e² of the contacts in the measured time: that of the volume in the space of states.
@@ -168,42 +165,39 @@ impl Observer for LyapunovSpectrum {
     fn start(&mut self, view: &View<'_>) {
         self.bounds = *view.bounds();
         self.gravity = view.gravity();
-        if self.space.as_ref().is_some_and(|space| space.is_of(view)) {
+        if self.begun.is_some() && self.space.is_of(view) {
             return;
         }
-        self.space = Some(TangentSpace::new(view, self.growth.len()));
-        self.begun = view.time();
+        self.space = TangentSpace::new(view, self.growth.len());
+        self.begun = Some(view.time());
         self.sampled = view.time();
         self.contraction[0] = 0.0;
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        let Some(space) = &mut self.space else {
-            return;
-        };
-        if report.impulse == DVec2::ZERO {
+        if self.begun.is_none() || report.impulse == DVec2::ZERO {
             return;
         }
         if let Some(map) = ContactMap::new(report, &self.bounds, self.gravity) {
             let bodies = report.sides.map(|side| side.body.id());
-            space.cross(bodies, report.time, &map);
-            self.contraction[0] += 2.0 * report.elasticity.coefficient().ln();
+            self.space.cross(bodies, report.time, &map);
+            let elasticity = report.elasticity.coefficient().max(f64::MIN_POSITIVE);
+            self.contraction[0] += 2.0 * elasticity.ln();
         }
     }
 
     fn sample(&mut self, view: &View<'_>) {
-        let Some(space) = &mut self.space else {
+        let Some(begun) = self.begun else {
             return;
         };
         let time = view.time();
-        let growth = space.take_growth(time);
+        let growth = self.space.take_growth(time);
         let contraction = std::mem::take(&mut self.contraction[0]);
         let duration = time.since(std::mem::replace(&mut self.sampled, time));
         // The interval counts if all of it lies behind the transient.
-        if time.since(self.begun) - duration < self.transient {
+        if time.since(begun) - duration < self.transient {
             return;
         }
-        self.known = self.known.min(space.known());
         for (sum, term) in self.growth.iter_mut().zip(growth) {
             *sum += term;
         }

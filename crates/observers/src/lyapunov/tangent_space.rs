@@ -13,11 +13,15 @@ use serde::{Deserialize, Serialize};
 use super::contact_map::{ContactMap, Deviation};
 
 /// The vectors are made orthonormal again once the first has grown by this factor. The last, which
-/// shrinks by as much, is then known to 10⁻¹² of its length, less in a contact that stretches more.
+/// shrinks by as much, is then known to 10⁻¹² of its length.
 const MAX_GROWTH: f64 = 100.0;
 
-/// A vector of which this share is left after its components along the earlier ones are removed is
-/// rounding alone.
+/// A contact whose normal has less than this share of the relative velocity stretches so much that
+/// the vectors are made orthonormal before it.
+const GRAZING: f64 = 0.1;
+
+/// A vector of which less than this share is left after its components along the earlier ones are
+/// removed is rounding alone.
 const LOST: f64 = 1e-13;
 
 /// Orthonormal vectors that deviate from one another as they follow the bodies.
@@ -39,8 +43,8 @@ pub(super) struct TangentSpace {
     squared_norm: f64,
     /// ln of the growth of each vector, since it was last taken.
     logs: Vec<f64>,
-    /// The first vector that rounding has replaced; the number of vectors if there is none.
-    known: usize,
+    /// Vectors that were rounding alone, and were replaced.
+    replaced: u64,
 }
 
 /// Where the deviations of a body are.
@@ -88,7 +92,7 @@ impl TangentSpace {
             weights: Vec::with_capacity(dimension),
             squared_norm: 1.0,
             logs: vec![0.0; count],
-            known: count,
+            replaced: 0,
         };
         let rate = rate(view);
         for body in view.bodies().filter(|body| body.body.is_free()) {
@@ -121,9 +125,9 @@ impl TangentSpace {
         self.weights.len() == dimension(view) && free.all(is_known)
     }
 
-    /// The first vectors that rounding has not replaced.
-    pub(super) fn known(&self) -> usize {
-        self.known
+    /// Number of vectors so far that were rounding alone, and were replaced.
+    pub(super) fn replaced(&self) -> u64 {
+        self.replaced
     }
 
     /// Orthonormal vectors, each of whose partners in the order from both ends has coordinates and
@@ -160,6 +164,9 @@ impl TangentSpace {
     /// Carries the deviations of two bodies, by number, through their contact at this time, given
     /// its derivative.
     pub(super) fn cross(&mut self, bodies: [u64; 2], time: EpochTime, map: &ContactMap) {
+        if map.approach() < GRAZING && self.squared_norm > 1.0 {
+            self.orthonormalise(time);
+        }
         let places = bodies.map(|id| {
             let rows = self.bodies.get_mut(&id)?;
             let flight = time.since(std::mem::replace(&mut rows.since, time));
@@ -275,10 +282,9 @@ impl TangentSpace {
             let vector = &mut rest[0];
             let before = norm(vector);
             let left = remove_components(vector, earlier);
-            if left > LOST * before {
-                self.logs[index] += left.ln();
-            } else {
-                self.known = self.known.min(index);
+            self.logs[index] += left.max(f64::MIN_POSITIVE).ln();
+            if left <= LOST * before {
+                self.replaced += 1;
                 replace(vector, earlier, dimension);
             }
         }
@@ -290,12 +296,15 @@ impl TangentSpace {
     }
 }
 
-/// A typical speed over a typical distance (1/time): 1/τ of the norm.
+/// A typical speed over the distance between bodies, fixed ones too (1/time): 1/τ of the norm.
+///
+/// That distance is between the radius of a body and the free path: flights and contacts stretch
+/// deviations about equally.
 fn rate(view: &View<'_>) -> f64 {
     let free = || view.bodies().filter(|body| body.body.is_free());
     let mass: f64 = free().map(|body| body.body.mass()).sum();
     let energy: f64 = free().map(|body| body.energy()).sum();
-    let distance = (view.bounds().area() / free().count() as f64).sqrt();
+    let distance = (view.bounds().area() / view.len() as f64).sqrt();
     let rate = (2.0 * energy / mass).sqrt() / distance;
     if rate.is_normal() { rate } else { 1.0 }
 }

@@ -70,7 +70,7 @@ pub(super) struct TrialEstimate {
     pub(super) epoch_seconds: f64,
     /// Whether that is the mean of the trial; else it is the longest possible.
     pub(super) is_epoch_measured: bool,
-    /// Bodies and their events in memory (bytes).
+    /// Bodies, their events and the measures at the start in memory (bytes).
     pub(super) memory: u64,
     /// A checkpoint at the start of the run (bytes).
     pub(super) checkpoint: u64,
@@ -186,7 +186,8 @@ impl Trial {
     ) -> Result<TrialEstimate> {
         let collisions = self.collisions(simulation);
         let actions = Actions::new(simulation, scene)?;
-        let memory = simulation.heap_bytes() as u64;
+        let of_measures = encode(measures)?.len();
+        let memory = (simulation.heap_bytes() + of_measures) as u64;
         let (epoch_seconds, is_epoch_measured) = self.epoch(contents.moving);
         let (snapshots, snapshot_seconds) = snapshots(simulation, scene)?;
         let sample_seconds = contents.samples as f64 * self.sample + snapshot_seconds;
@@ -204,7 +205,7 @@ impl Trial {
                 self.seconds * whole + epochs * self.first
             })
         };
-        let state = encode(&simulation.end_epoch_here())?.len() + encode(measures)?.len();
+        let state = encode(&simulation.end_epoch_here())?.len() + of_measures;
         Ok(TrialEstimate {
             trial_collisions: self.contacts,
             trial_time: self.simulated,

@@ -99,12 +99,7 @@ impl Measured for LyapunovSpectrum {
         let mut table = Table::new(context.table("lyapunov"), "Lyapunov exponents")
             .abscissa("number", "1", (0..count).map(number).collect())
             .means("exponent", RATE, exponents)
-            .caption(
-                "Growth of small deviations, the fastest first; without losses they pair, and each conserved quantity \
-                 makes two of them 0, which is approached as ln t / t. The first transient is part of the averages \
-                 unless `transient` leaves it out."
-                    .to_owned(),
-            );
+            .caption(caption(self));
         let Some((pairs, [larger, all, contraction])) = others
             .split_at_checked(half)
             .and_then(|(pairs, rest)| Some((pairs, <&[BlockMean; 3]>::try_from(rest).ok()?)))
@@ -146,6 +141,22 @@ impl Measured for LyapunovSpectrum {
     }
 }
 
+/// What the table of exponents needs to be read.
+fn caption(spectrum: &LyapunovSpectrum) -> String {
+    let lost = match spectrum.replaced() {
+        0 => String::new(),
+        replaced => format!(
+            " {replaced} times a contact flattened the deviations below rounding: the last exponents are smaller than \
+             here."
+        ),
+    };
+    format!(
+        "Growth of small deviations, the fastest first. Without losses the exponents pair, and each conserved quantity \
+         makes two of them 0, which is approached as ln t / t. The time in which the deviations turn to their \
+         directions is left out by `transient`.{lost}"
+    )
+}
+
 /// Source of the prediction of the sum.
 const CONTRACTION: &str = "ln e² for each contact: the volume in the space of states";
 
@@ -164,6 +175,8 @@ pub(super) fn check(scene: &Scene) -> Result<()> {
             .any(|rule| rule.coefficient.number().is_none())
     }) {
         "an elasticity that depends on the speed"
+    } else if stages::has_elasticity(scene, |elasticity| elasticity.least_coefficient() == 0.0) {
+        "an elasticity of 0, after which nothing tells how fast bodies met"
     } else if let Some(what) = stages::resets(scene) {
         what
     } else {

@@ -203,6 +203,12 @@ fn checkpoints_grow_by_the_declared_bytes_of_a_sample() {
         } else {
             ""
         };
+        // A wall with a temperature draws velocities, which have no derivative.
+        let gas = if kind.name == "lyapunov" {
+            gas.replace("temperature = 1.0\n", "")
+        } else {
+            gas.to_owned()
+        };
         let text = format!("{piston}{gas}observe = [\"{}{tag}\"]\n", kind.name);
         let scene = Scene::from_toml(&text).unwrap();
         let mut simulation = AnySimulation::new(&scene).unwrap();
@@ -274,7 +280,7 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
                 "heat-conductivity", "energy", "collision-rate", "pressure", "impulses:tee", "events:gas,tee",
                 "kicks:tee", "fields:gas", "profile:gas", "front:gas", "nematic:tee", "tetratic", "k-atic:tee",
                 "defects:gas", "body-frame-diffusion:tee", "relaxation:gas", "intermediate-scattering:gas,tee",
-                "van-hove:gas"]
+                "van-hove:gas", "lyapunov"]
         "#,
     );
     assert!(gas.unwrap_err().contains("equal discs"));
