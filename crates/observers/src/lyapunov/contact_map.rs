@@ -6,8 +6,8 @@
 //!
 //! δr' = δr + (v − v') δτ,  δv' = δv + δ(J n)/m,  δω' = δω + δ(J l)/I,  J = −(1 + e) u / Σ(1/m + l²/I),
 //!
-//! with the lever arm l of the normal n about the centre of mass (Dellago, Posch and Hoover 1996,
-//! equation 18, for discs). δn is the deviation of the line of centres over its length, or the
+//! with the lever arm l of the normal n about the centre of mass (for discs Dellago, Posch and
+//! Hoover 1996). δn is the deviation of the line of centres over its length, or the
 //! rotation of the body whose edge is touched.
 
 use carom_engine::{CollisionReport, Side};
