@@ -32,6 +32,7 @@
 //! | fields over the place: density, velocity, kT, stress, heat current | [`Fields`] | contacts, samples |
 //! | translational and rotational temperature of a group | [`TemperatureByTag`] | samples |
 //! | place, velocity and energy of a piston | [`PistonSeries`] | samples |
+//! | crossings of a segment: flux, first passages, a section of the paths | [`Crossings`] | contacts, samples |
 //! | path lengths between contacts | [`FreePaths`] | contacts |
 //! | shear viscosity and heat conductivity: Helfand moments | [`HelfandMoment`] | contacts, samples |
 //! | energy put in by resets and lost in contacts | [`ThermostatLedger`] | samples |
@@ -75,6 +76,7 @@ mod coarse_atoms;
 mod collision_rate;
 mod contact_density;
 mod contact_log;
+mod crossings;
 mod delaunay;
 mod direction_histogram;
 mod disc_area;
@@ -132,6 +134,7 @@ pub use body_frame_diffusion::{BodyFrameDiffusion, BodyFramePoint};
 pub use collision_rate::{CollisionRate, RatePoint};
 pub use contact_density::{ContactDensity, ContactPoint};
 pub use contact_log::{ContactLog, LoggedContact};
+pub use crossings::{Crossing, CrossingPoint, Crossings, SegmentError};
 pub use direction_histogram::DirectionHistogram;
 pub use disclinations::{CountedBody, DefectPoint, Disclinations};
 pub use distribution::{AdaptiveHistogram, Bins};

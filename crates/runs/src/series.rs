@@ -1,7 +1,7 @@
 //! Tables of the series that a run samples.
 
 use carom::observers::{
-    Impulse, LedgerPoint, LoggedContact, PressurePoint, RatePoint, RunningPoint,
+    Crossing, Impulse, LedgerPoint, LoggedContact, PressurePoint, RatePoint, RunningPoint,
 };
 
 use carom_tables::fifteen_digits;
@@ -133,6 +133,23 @@ pub const IMPULSES_OF_EDGES: SeriesFormat<Impulse> = SeriesFormat {
     name: IMPULSES.name,
     header: &IMPULSE_COLUMNS,
     row: |csv, kick| csv.serialize((impulse_cells(kick), kick.edge)),
+};
+
+/// `crossings-log.csv`: every crossing of a segment, with the place on it and the velocity along and
+/// across it.
+pub const CROSSINGS: SeriesFormat<Crossing> = SeriesFormat {
+    name: "crossings-log.csv",
+    header: &["time", "body", "forward", "place", "along", "across"],
+    row: |csv, crossing| {
+        csv.serialize((
+            crossing.time,
+            crossing.body,
+            u8::from(crossing.is_forward),
+            crossing.place,
+            crossing.along,
+            crossing.across,
+        ))
+    },
 };
 
 fn contact_cells(contact: &LoggedContact) -> impl Serialize + use<> {

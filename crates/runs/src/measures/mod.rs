@@ -9,6 +9,7 @@ mod body_frame_diffusion;
 mod collision_rate;
 mod contact_density;
 mod correlation;
+mod crossings;
 mod defects;
 mod directions;
 mod drift;
@@ -86,7 +87,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 41] = [
+pub const KINDS: [MeasureKind; 42] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -125,6 +126,7 @@ pub const KINDS: [MeasureKind; 41] = [
     wall_pressure::KIND,
     wall_energy::WORK,
     piston::KIND,
+    crossings::KIND,
     lyapunov::KIND,
     impulses::KIND,
     events::KIND,

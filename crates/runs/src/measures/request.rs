@@ -245,7 +245,7 @@ pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
 }
 
 /// Other names of measures, as in the literature and in other programs.
-const ALIASES: [(&str, &str); 12] = [
+const ALIASES: [(&str, &str); 13] = [
     ("msd", "correlation"),
     ("vacf", "correlation"),
     ("rdf", "pair-distribution"),
@@ -258,6 +258,7 @@ const ALIASES: [(&str, &str); 12] = [
     ("stress", "pressure-tensor"),
     ("maps", "fields"),
     ("lyapunov-spectrum", "lyapunov"),
+    ("door", "crossings"),
 ];
 
 /// The kind of measure with this name.

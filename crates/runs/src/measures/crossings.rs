@@ -1,0 +1,164 @@
+//! `crossings`: how many centres cross a segment, how often, for the first time, and where.
+
+use std::f64::consts::TAU;
+
+use anyhow::Result;
+use carom::observers::{CrossingPoint, Crossings};
+use carom_tables::{BlockMean, Sums, Table};
+
+use super::{
+    Context, Default, Label, MeasureKind, Measured, Of, Parameter, Results, Selection, Span,
+    in_blocks, point_bytes, resumed,
+};
+use crate::{append_file::AppendFiles, series::CROSSINGS};
+
+pub(super) const KIND: MeasureKind = MeasureKind {
+    name: "crossings",
+    summary: "crossings of a segment by the centres of a group: flux to both sides, energy, first passages; on request \
+              each of them",
+    of: Of::Group,
+    span: Span::Measurement,
+    parameters: &[
+        Parameter::point(
+            START,
+            Default::FromScene("the middle of the lower side of the box"),
+            "where the segment begins (length)",
+        ),
+        Parameter::point(
+            END,
+            Default::FromScene("the middle of the upper side of the box"),
+            "where the segment ends (length); forward is to the left of its direction",
+        ),
+        Parameter::word(
+            RECORD,
+            &["none", "all"],
+            Default::FromScene("none"),
+            "all: writes each crossing to a file (0.1 kB), with its place and velocity: a section of the paths",
+        ),
+    ],
+    figures: &[
+        "crossings forward",
+        "crossings backward",
+        "net crossings",
+        "net energy through the segment",
+        "rate of first passages",
+    ],
+    start: |selection| Ok(in_blocks(observer(selection)?)),
+    resume: resumed::<Crossings>,
+};
+
+const START: &str = "start";
+const END: &str = "end";
+const RECORD: &str = "record";
+
+fn observer(selection: &Selection<'_>) -> Result<Crossings> {
+    let sides = selection.view.bounds().sides();
+    let points = [
+        selection.given_point(START).unwrap_or([0.5 * sides.x, 0.0]),
+        selection
+            .given_point(END)
+            .unwrap_or([0.5 * sides.x, sides.y]),
+    ];
+    let crossings = Crossings::new(selection.group, points)?;
+    Ok(match selection.given_word(RECORD) {
+        Some("all") => crossings.logged(),
+        _ => crossings,
+    })
+}
+
+/// Source of the flux.
+const KINETIC: &str = "kinetic theory: n √(kT/2πm) for each unit of length";
+
+impl Measured for Crossings {
+    const OF_INTERVALS: bool = true;
+
+    fn sums(&self) -> Sums {
+        self.sums().to_vec()
+    }
+
+    fn bytes_per_sample(&self) -> usize {
+        point_bytes(self.series())
+    }
+
+    fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
+        let points = self.series();
+        let of =
+            |part: fn(&CrossingPoint) -> u64| points.iter().map(move |point| part(point) as f64);
+        let table = Table::new(context.table("crossings"), "Crossings of the segment")
+            .abscissa(
+                "time",
+                "time",
+                points.iter().map(|point| point.time).collect(),
+            )
+            .value(
+                "forward",
+                "1",
+                of(|point| point.counts[0]).map(Some).collect(),
+            )
+            .value(
+                "backward",
+                "1",
+                of(|point| point.counts[1]).map(Some).collect(),
+            )
+            .value(
+                "waiting",
+                "1",
+                of(|point| point.waiting).map(Some).collect(),
+            )
+            .caption(caption(self));
+        // Velocities relative to the centre of mass have the variance (1 − 1/N) kT/m.
+        let flux = context.gas().map(|gas| {
+            let count = gas.count as f64;
+            let variance = (1.0 - 1.0 / count) * gas.temperature / gas.mass;
+            self.length() * count / gas.area * (variance / TAU).sqrt()
+        });
+        let zero = flux.map(|_| 0.0);
+        let rows = [
+            ("crossings forward", "1/time", flux),
+            ("crossings backward", "1/time", flux),
+            ("net crossings", "1/time", zero),
+            ("net energy through the segment", "mass·length²/time³", zero),
+            ("rate of first passages", "1/time", None),
+        ];
+        let figures = rows
+            .into_iter()
+            .zip(means)
+            .filter_map(|((name, unit, prediction), mean)| {
+                Some(
+                    context
+                        .figure(name, unit, mean)?
+                        .predicted(prediction, KINETIC),
+                )
+            });
+        let is_recorded = self.is_logged();
+        Results {
+            tables: vec![table],
+            figures: figures.collect(),
+            files: is_recorded
+                .then(|| context.label.file(CROSSINGS.name))
+                .into_iter()
+                .collect(),
+            ..Results::default()
+        }
+    }
+
+    fn append(&mut self, files: &mut AppendFiles, label: &Label) -> Result<()> {
+        if !self.is_logged() {
+            return Ok(());
+        }
+        files.append_new_to(&label.file(CROSSINGS.name), &CROSSINGS, &self.take())
+    }
+}
+
+/// What the table of crossings needs to be read.
+fn caption(crossings: &Crossings) -> String {
+    let left_out = match crossings.left_out() {
+        0 => String::new(),
+        flights => format!(" {flights} flights past more than a million boxes are left out."),
+    };
+    format!(
+        "Crossings so far by centres of mass, to the left of the direction of the segment and to the right, and the \
+         bodies that have not crossed yet. The rate of first passages is their number over the time that all bodies \
+         waited.{left_out}"
+    )
+}
