@@ -51,6 +51,7 @@
 //! | distances: the pair distribution g(r) | [`PairDistribution`] | samples |
 //! | density of a gas at contact along a body's boundary | [`ContactDensity`] | contacts, samples |
 //! | growth of small deviations: the Lyapunov exponents | [`LyapunovSpectrum`] | contacts, samples |
+//! | angles at which bodies meet fixed bodies and walls | [`Incidence`] | contacts |
 //! | every impulse on a body | [`ImpulseLog`] | contacts |
 //! | every contact between bodies of two tags | [`ContactLog`] | contacts |
 //! | every flight of every body, up to a capacity | [`FlightLog`] | contacts |
@@ -96,6 +97,7 @@ mod helfand;
 mod hexatic_order;
 mod histogram;
 mod impulse_log;
+mod incidence;
 mod intermediate_scattering;
 mod isotropy;
 mod kinds;
@@ -151,6 +153,7 @@ pub use helfand::{HelfandMoment, HelfandPoint};
 pub use hexatic_order::{HexaticOrder, HexaticPoint, Neighbours};
 pub use histogram::Histogram;
 pub use impulse_log::{Impulse, ImpulseLog};
+pub use incidence::Incidence;
 pub use intermediate_scattering::{
     IntermediateScattering, ScatteringError, ScatteringPoint, ScatteringScales,
 };

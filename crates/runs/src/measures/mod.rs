@@ -24,6 +24,7 @@ mod hard_discs;
 mod heat_conductivity;
 mod hexatic_order;
 mod impulses;
+mod incidence;
 mod intermediate_scattering;
 mod intervals;
 mod k_atic;
@@ -87,7 +88,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 42] = [
+pub const KINDS: [MeasureKind; 43] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -127,6 +128,7 @@ pub const KINDS: [MeasureKind; 42] = [
     wall_energy::WORK,
     piston::KIND,
     crossings::KIND,
+    incidence::KIND,
     lyapunov::KIND,
     impulses::KIND,
     events::KIND,
