@@ -66,6 +66,9 @@ pub struct LyapunovSpectrum {
     duration: f64,
 }
 
+/// Largest number of components of all vectors together: 2 GB.
+const MAX_NUMBERS: usize = 1 << 28;
+
 /// Why a system has no Lyapunov exponents here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
@@ -73,6 +76,18 @@ pub enum LyapunovError {
     /// No body moves freely.
     #[error("no body moves freely, so that no state can deviate")]
     NoFreeBody,
+    /// The vectors would take more than 2 GB: take fewer exponents.
+    #[error(
+        "{exponents} exponents of {dimension} coordinates and velocities take more than 2 GB; ask for at most {most}"
+    )]
+    TooMany {
+        /// Number of exponents asked for.
+        exponents: usize,
+        /// Number of coordinates and velocities.
+        dimension: usize,
+        /// Most that fit.
+        most: usize,
+    },
     /// The derivative of this is not known.
     #[error(
         "the derivative of the motion is known for discs, edges and walls that stand, not for {0}"
@@ -96,6 +111,14 @@ impl LyapunovSpectrum {
         if let Some(what) = unknown(view) {
             return Err(LyapunovError::Unknown(what));
         }
+        let most = MAX_NUMBERS / dimension;
+        if count > most {
+            return Err(LyapunovError::TooMany {
+                exponents: count,
+                dimension,
+                most,
+            });
+        }
         Ok(Self {
             dimension,
             transient,
@@ -108,6 +131,11 @@ impl LyapunovSpectrum {
             contraction: [0.0; 2],
             duration: 0.0,
         })
+    }
+
+    /// The number of all exponents of the system in this view, as [`Self::dimension`].
+    pub fn dimension_of(view: &View<'_>) -> usize {
+        dimension(view)
     }
 
     /// The number of all exponents, which is that of the coordinates and velocities of all free

@@ -238,6 +238,17 @@ fn systems_without_a_known_derivative_are_refused_by_name() {
         error("[[bumper]]\nradius = 0.1\nat = [0.5, 0.5]"),
         LyapunovError::NoFreeBody
     );
+    // 40 000 components of 40 000 vectors would take 13 GB.
+    let many = "[[gas]]\nradius = 1e-4\nmass = 1.0\nenergy = 1.0\ncount = 10000";
+    let many = Simulation::new(&Scene::from_toml(many).unwrap()).unwrap();
+    assert_eq!(
+        LyapunovSpectrum::new(&many.view(), usize::MAX, 0.0).unwrap_err(),
+        LyapunovError::TooMany {
+            exponents: 40000,
+            dimension: 40000,
+            most: 6710
+        }
+    );
     let gas = "[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 2\n";
     for (keys, what) in [
         (

@@ -19,7 +19,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
         Parameter::up_to(
             "exponents",
             MAX_EXPONENTS,
-            Default::FromScene("all, at most 256"),
+            Default::FromScene("all, at most 256, in at most 256 MB"),
             "number of exponents, the largest first; each contact costs in proportion, the orthogonalisation as the \
              square",
         ),
@@ -31,14 +31,14 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     ],
     figures: &[LARGEST, ENTROPY, PAIR, SUM],
     start: |selection| {
-        let exponents = selection
-            .given("exponents")
-            .map_or(DEFAULT_EXPONENTS, |given| given as usize);
+        let view = selection.view;
+        let exponents = selection.given("exponents").map_or_else(
+            || default_exponents(LyapunovSpectrum::dimension_of(view)),
+            |given| given as usize,
+        );
         let transient = selection.given("transient").unwrap_or(0.0);
         Ok(in_blocks(LyapunovSpectrum::new(
-            selection.view,
-            exponents,
-            transient,
+            view, exponents, transient,
         )?))
     },
     resume: resumed::<LyapunovSpectrum>,
@@ -47,8 +47,11 @@ pub(super) const KIND: MeasureKind = MeasureKind {
 /// More take minutes for each orthogonalisation, and gigabytes.
 const MAX_EXPONENTS: f64 = 4096.0;
 
-/// Exponents without a wish: all of 64 discs.
-const DEFAULT_EXPONENTS: usize = 256;
+/// Number of exponents without a wish: all of 64 discs, and of many bodies what 256 MB hold.
+fn default_exponents(dimension: usize) -> usize {
+    const MAX_NUMBERS: usize = 1 << 25;
+    (MAX_NUMBERS / dimension.max(1)).clamp(1, 256)
+}
 
 const LARGEST: &str = "largest Lyapunov exponent";
 const ENTROPY: &str = "Kolmogorov-Sinai entropy";
