@@ -141,6 +141,21 @@ fn stops_reflect_a_piston_at_the_known_times() {
     }
 }
 
+/// The piston would meet the disc beyond its stop, but is reflected there before.
+#[test]
+fn the_invariants_hold_where_a_stop_prevents_a_contact() {
+    let scene = scene(
+        "[[piston]]\nx = 0.5\nmass = 1.0\nvelocity = 1.0\nstops = [0.25, 0.625]\n\
+        [[molecule]]\nshape = \"disc\"\natom_radius = 0.0625\natom_mass = 1.0\nat = [0.75, 0.5]",
+    );
+    let mut simulation = Simulation::new(&scene).unwrap();
+    for step in 1..=20 {
+        assert_eq!(simulation.check_invariants(0.5), Ok(()));
+        simulation.run_until(0.0625 * f64::from(step)).unwrap();
+    }
+    assert_eq!(simulation.view().counters().collisions, 0);
+}
+
 /// A gas of discs and dumbbells on both sides of a piston with a force.
 const TWO_GASES: &str = "[box]\nsides = [2.0, 1.0]\n[[wall]]\nx = 0.0\n[[wall]]\ny = 0.0\n\
     [[piston]]\nx = 0.75\nradius = 0.01\nmass = 5.0\nforce = -1.5\ntags = [\"piston\"]\n\

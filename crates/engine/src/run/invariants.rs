@@ -50,7 +50,7 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
     /// overlap, that no contact before `horizon` (time from now) precedes the next contact of this
     /// simulation, and that the energy agrees with the ledger, to 10⁻⁹ of the present and the
     /// initial energy. After edits have put in and taken out 10⁶ times as much, rounding alone may
-    /// exceed this.
+    /// exceed this. The search for contacts ends where the first piston reaches a stop.
     ///
     /// The cost is O(N²) for N bodies.
     ///
@@ -74,6 +74,8 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
         let mut ahead = self.clone();
         let begun = ahead.counters.collisions;
         let now = self.time();
+        // The brute-force search leaves out the stops of pistons.
+        let horizon = horizon.min(self.time_to_first_stop());
         let until = now.after(horizon).to_f64();
         let moved_on = ahead
             .step(until, &mut ())
@@ -107,6 +109,16 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
             }
             _ => Ok(()),
         }
+    }
+
+    /// The time until the first piston reaches one of its stops; infinite if none does.
+    fn time_to_first_stop(&self) -> f64 {
+        let pistons = self.world.pistons();
+        let times = pistons.map(|piston| {
+            let motion = &self.world.motions[piston];
+            self.world.stop_time(piston as u32, motion, self.offset) - self.offset
+        });
+        times.fold(f64::INFINITY, f64::min)
     }
 
     fn soonest_by_brute_force(&self, horizon: f64) -> Option<(usize, usize, f64)> {
