@@ -156,6 +156,29 @@ fn the_invariants_hold_where_a_stop_prevents_a_contact() {
     assert_eq!(simulation.view().counters().collisions, 0);
 }
 
+/// A dumbbell over the border touches the piston with the atom that is beyond it.
+#[test]
+fn both_schedulers_find_the_contact_of_a_molecule_over_the_border() {
+    let scene = scene(
+        "[[piston]]\nx = 0.25\nmass = 4.0\nstops = [0.125, 0.75]\n\
+        [[molecule]]\nshape = \"dumbbell\"\natom_radius = 0.0625\natom_mass = 1.0\nat = [0.5, 0.0078125]\n\
+        orientation_turns = 0.1875\nvelocity = [-1.0, 0.0]\nrotation = \"locked\"",
+    );
+    let mut cells = Simulation::new(&scene).unwrap();
+    let mut heap = Simulation::<Exact, Impact, HeapScheduler>::with(
+        &scene,
+        Exact::default(),
+        Impact,
+        CellsPerSide::Automatic,
+    )
+    .unwrap();
+    cells.run_until(0.5).unwrap();
+    heap.run_until(0.5).unwrap();
+    assert_eq!(cells.view().counters().collisions, 1);
+    assert_eq!(heap.view().counters().collisions, 1);
+    assert!((piston(&cells)[1] - piston(&heap)[1]).abs() < 1e-15);
+}
+
 /// A gas of discs and dumbbells on both sides of a piston with a force.
 const TWO_GASES: &str = "[box]\nsides = [2.0, 1.0]\n[[wall]]\nx = 0.0\n[[wall]]\ny = 0.0\n\
     [[piston]]\nx = 0.75\nradius = 0.01\nmass = 5.0\nforce = -1.5\ntags = [\"piston\"]\n\

@@ -28,6 +28,7 @@
 use std::{cmp::Ordering, collections::BinaryHeap};
 
 use carom_detection::{DISC_LANES, Detection, DiscLanes, Outcome};
+use carom_geometry::Molecule;
 use carom_kinematics::{Motion, RelativeMotion};
 
 use smallvec::SmallVec;
@@ -298,12 +299,17 @@ impl Neighbours {
         self.0.push((body, image));
     }
 
-    /// Adds a body in the box and in its two nearest images along an axis.
-    fn push_images(&mut self, body: u32, axis: usize) {
-        for boxes in -1..=1 {
-            let mut image = [0; 2];
-            image[axis] = boxes;
-            self.push(body, image);
+    /// Adds a piston or its partner, of which `molecule` is not the piston, in the box and in its
+    /// nearest images: along the axis of the piston, and along the piston too if an atom of the
+    /// molecule can be beyond the border, where the next image of the piston is.
+    fn push_images(&mut self, body: u32, axis: usize, molecule: &Molecule) {
+        let sideways = if molecule.is_disc() { 0..=0 } else { -1..=1 };
+        for aside in sideways {
+            for boxes in -1..=1 {
+                let mut image = [aside; 2];
+                image[axis] = boxes;
+                self.push(body, image);
+            }
         }
     }
 }
@@ -327,8 +333,9 @@ impl HeapScheduler {
     ) {
         if let Some(axis) = world.bodies()[body as usize].axis_of_piston() {
             for other in (0..world.bodies().len() as u32).filter(|&other| counts(other)) {
-                if !world.bodies()[other as usize].is_wall() {
-                    neighbours.push_images(other, axis);
+                let partner = &world.bodies()[other as usize];
+                if !partner.is_wall() {
+                    neighbours.push_images(other, axis, partner.molecule());
                 }
             }
             return;
@@ -354,7 +361,8 @@ impl HeapScheduler {
                 && piston != body
                 && counts(piston)
             {
-                neighbours.push_images(piston, axis);
+                let molecule = world.bodies()[body as usize].molecule();
+                neighbours.push_images(piston, axis, molecule);
             }
         }
     }
