@@ -599,6 +599,20 @@ fn a_ball_and_a_wall_with_a_table_follow_the_recursion_of_their_contacts() {
     assert!((ledger.booked() - view.energy()).abs() < 1e-13);
 }
 
+/// The wall would meet the disc after 3/8, but its table leads it back from 1/4 on.
+#[test]
+fn the_invariants_hold_where_a_table_prevents_a_contact() {
+    let text = "[[wall]]\nx = 0.25\n\
+        motion = { times = [0.0, 0.25, 0.5], places = [[0.0, 0.0], [0.125, 0.0], [0.0, 0.0]] }\n\
+        [[molecule]]\nshape = \"disc\"\natom_radius = 0.0625\natom_mass = 1.0\nat = [0.5, 0.5]";
+    let mut simulation = Simulation::new(&scene(text)).unwrap();
+    for step in 1..=12 {
+        assert_eq!(simulation.check_invariants(0.5), Ok(()));
+        simulation.run_until(0.0625 * f64::from(step)).unwrap();
+    }
+    assert_eq!(simulation.view().counters().collisions, 0);
+}
+
 #[test]
 fn a_table_ends_at_rest_and_is_resumed_to_the_bit() {
     let text = "[box]\nseed = 4\n[elasticity]\ndefault = 0.9\n[[wall]]\nx = 0.0\n[[wall]]\nx = 0.9\n\

@@ -50,7 +50,8 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
     /// overlap, that no contact before `horizon` (time from now) precedes the next contact of this
     /// simulation, and that the energy agrees with the ledger, to 10⁻⁹ of the present and the
     /// initial energy. After edits have put in and taken out 10⁶ times as much, rounding alone may
-    /// exceed this. The search for contacts ends where the first piston reaches a stop.
+    /// exceed this. The search for contacts ends where the first piston reaches a stop, and where
+    /// the velocity of a wall with a table changes.
     ///
     /// The cost is O(N²) for N bodies.
     ///
@@ -74,8 +75,9 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
         let mut ahead = self.clone();
         let begun = ahead.counters.collisions;
         let now = self.time();
-        // The brute-force search leaves out the stops of pistons.
-        let horizon = horizon.min(self.time_to_first_stop());
+        // The brute-force search leaves out the stops of pistons and later pieces of tables.
+        let until_change = self.world.next_change_of_walls() - self.offset;
+        let horizon = horizon.min(self.time_to_first_stop()).min(until_change);
         let until = now.after(horizon).to_f64();
         let moved_on = ahead
             .step(until, &mut ())
