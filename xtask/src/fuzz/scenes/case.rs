@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use carom::engine::{
-    EditError, ElasticityRule, ElasticitySpec, MoleculeSpec, Rotation, Scene, TransparentSpec,
-    WallSpec,
+    BodyKey, EditError, ElasticityRule, ElasticitySpec, GravitySpec, MoleculeSpec, Rotation, Scene,
+    TransparentSpec, View, WallMotionSpec, WallSpec,
 };
 use carom_methods::AnySimulation;
 use serde::{Deserialize, Serialize};
@@ -61,9 +61,24 @@ pub enum CaseEdit {
     Transparent(Vec<TransparentSpec>),
     /// Sets the drag (1 / time).
     Drag(f64),
+    /// Gives a wall a motion. Walls are numbered like bodies.
+    MoveWall(usize, Box<WallMotionSpec>),
+    /// Sets the gravity (length per time²).
+    Gravity([f64; 2]),
 }
 
 impl CaseEdit {
+    /// The wall that the edit, which has been made, gives a motion, and the motion; `None` if it
+    /// gives none.
+    pub fn moved_wall(&self, view: &View<'_>) -> Option<(BodyKey, &WallMotionSpec)> {
+        let newest = || view.bodies().last().map(|body| body.body.key());
+        match self {
+            Self::MoveWall(index, motion) => Some((wall(view, *index), motion)),
+            Self::AddWall(spec) => Some((newest()?, spec.motion.as_ref()?)),
+            _ => None,
+        }
+    }
+
     /// Applies the edit.
     ///
     /// # Errors
@@ -104,6 +119,11 @@ impl CaseEdit {
             Self::Untag(index, name) => simulation.untag(key(*index), name),
             Self::Transparent(rules) => simulation.edit(|batch| batch.set_transparent(rules)),
             Self::Drag(drag) => simulation.edit(|batch| batch.set_drag(*drag)),
+            Self::MoveWall(index, motion) => {
+                let key = wall(&simulation.view(), *index);
+                simulation.edit(|batch| batch.move_wall(key, motion))
+            }
+            Self::Gravity(gravity) => simulation.set_gravity(*gravity),
         }
     }
 }
@@ -120,9 +140,18 @@ impl SceneCase {
         variants.simplify_rules();
         variants.remove_roughness();
         variants.remove_pairs();
+        variants.remove_motions();
         variants.simplify_molecules();
         variants.list
     }
+}
+
+/// The wall of a number, modulo their number; the handle of no body if there is none.
+fn wall(view: &View<'_>, index: usize) -> BodyKey {
+    let walls = || view.bodies().filter(|body| body.body.is_wall());
+    let count = walls().count().max(1);
+    let found = walls().nth(index % count);
+    found.map(|wall| wall.body.key()).unwrap_or_default()
 }
 
 /// Changed copies of a case.
@@ -254,6 +283,38 @@ impl Variants<'_> {
         }
         self.with(|case| case.scene.bounds.drag = 0.0);
         self.with(|case| case.scene.bounds.drag = shortened(case.scene.bounds.drag, 1));
+    }
+
+    /// Fewer and simpler motions of walls, and no gravity or a simpler one.
+    fn remove_motions(&mut self) {
+        self.with(|case| case.scene.gravity = GravitySpec::default());
+        for axis in 0..2 {
+            self.with(|case| case.scene.gravity.acceleration[axis] = 0.0);
+            self.with(|case| {
+                let component = &mut case.scene.gravity.acceleration[axis];
+                *component = shortened(*component, 1);
+            });
+        }
+        for index in 0..self.original.scene.wall.len() {
+            self.with(|case| case.scene.wall[index].motion = None);
+            let mut with = |change: fn(&mut WallMotionSpec)| {
+                self.with(|case| {
+                    case.scene.wall[index].motion.as_mut().map(change);
+                });
+            };
+            with(|motion| motion.velocity = [0.0; 2]);
+            with(|motion| motion.turn = 0.0);
+            with(|motion| motion.about = None);
+            with(|motion| motion.phase = 0.0);
+            with(|motion| {
+                let pairs = [&mut motion.velocity, &mut motion.amplitude];
+                let single = [&mut motion.turn, &mut motion.frequency, &mut motion.phase];
+                for number in pairs.into_iter().flatten().chain(single) {
+                    *number = shortened(*number, 1);
+                }
+            });
+            with(|motion| motion.about = motion.about.map(|at| at.map(|x| shortened(x, 1))));
+        }
     }
 
     /// Molecules with simpler numbers and fewer atoms.

@@ -41,6 +41,12 @@ pub struct ContactRules<'a> {
     pub law: &'a ContactLaw,
     /// True if the guard against inelastic collapse may raise it.
     pub guarded: bool,
+    /// The speed at which the guard separates a body at least that has fallen on a fixed one
+    /// (length per time); 0 for others.
+    pub bounce: f64,
+    /// True if gravity or the motion of a wall accelerates the surfaces towards each other: they
+    /// may then touch without an approach that is more than rounding.
+    pub accelerated: bool,
 }
 
 /// Measured quantities of a contact.
@@ -54,6 +60,10 @@ pub struct MeasuredContact {
     pub distance: f64,
     /// Energy lost (mass × length² / time²).
     pub lost: f64,
+    /// Work of a wall that moves (mass × length² / time²).
+    pub work: f64,
+    /// Bound on the errors of both from that of the place (mass × length² / time²).
+    pub energy_error: f64,
 }
 
 /// Checks a reported contact.
@@ -132,9 +142,21 @@ fn check_joint(
     let Sums { speed, .. } = check_momentum(contact, touch, false, report);
     let [before, after] = [false, true]
         .map(|after| energy(&contact.sides[0], after) + energy(&contact.sides[1], after));
+    let reported = TouchedParts {
+        arms: contact.sides.each_ref().map(|side| side.arm.to_array()),
+        ..*touch
+    };
+    let WorkOfWall { work, error, turns } = WorkOfWall::new(contact, &reported, place_error);
+    // The impulses act on surfaces of a wall that turns at different velocities; no energy is then
+    // booked as lost.
+    let work = if turns { after - before } else { work };
+    check_work(contact, work, error + 64.0 * U * (before + after), report);
     // The normals and arms of all points have the error of the one that is named.
     let share = 4096.0 * U + 64.0 * place_error / touch.distance;
-    let (lost, allowed) = (before - after, share * before.max(after));
+    let (lost, allowed) = (
+        before + work - after,
+        share * before.max(after).max(work.abs()),
+    );
     let elasticity = contact.elasticity.coefficient();
     let grows = elasticity <= 1.0 && exceeds(-lost, allowed);
     let falls = elasticity == 1.0 && exceeds(lost, allowed);
@@ -152,6 +174,52 @@ fn check_joint(
         speed,
         distance: touch.distance,
         lost,
+        work,
+        energy_error: error,
+    }
+}
+
+/// The work of a wall that moves on the other body: the product of the impulse and of the velocity
+/// of its surface.
+#[derive(Debug, Clone, Copy, Default)]
+struct WorkOfWall {
+    /// The work (mass × length² / time²).
+    work: f64,
+    /// Bound on its error from that of the arm and from rounding (mass × length² / time²).
+    error: f64,
+    /// True if the wall turns.
+    turns: bool,
+}
+
+impl WorkOfWall {
+    fn new(contact: &CollisionReport<'_>, touch: &TouchedParts, arm_error: f64) -> Self {
+        let impulse = contact.impulse.to_array();
+        let mut found = Self::default();
+        for (index, side) in contact.sides.iter().enumerate() {
+            if !side.body.is_fixed() {
+                continue;
+            }
+            let on_other = if index == 0 { 1.0 } else { -1.0 };
+            let arm = touch.arms[index];
+            let spin = side.before.angular_velocity;
+            let speed = side.before.velocity.length() + spin.abs() * length(arm);
+            found.work += on_other * dot(impulse, rate(side, arm, false));
+            found.error += length(impulse) * (spin.abs() * arm_error + 64.0 * U * speed);
+            found.turns |= spin != 0.0;
+        }
+        found
+    }
+}
+
+/// Checks the work of the report.
+fn check_work(contact: &CollisionReport<'_>, work: f64, error: f64, report: &mut Report) {
+    let off = (contact.work - work).abs();
+    // Below this energy the products of speeds underflow.
+    if work.abs() > 1e-280 && exceeds(off, error) {
+        report.fail(
+            "work",
+            format!("{:e} deviates by {off:e} from {work:e}", contact.work),
+        );
     }
 }
 
@@ -245,14 +313,36 @@ fn check_impulse(
         normal_error,
         added: 4.0 * resolved,
     };
-    let tangential = check_tangential(&rough, report);
-    let lost = check_energy(contact, sums.inverse_mass, &speeds, tangential, report);
+    let tangential = if rules.accelerated && is_idle(&rough) {
+        TangentialLoss::default()
+    } else {
+        check_tangential(&rough, report)
+    };
+    let wall = WorkOfWall::new(contact, touch, arm_error);
+    check_work(contact, wall.work, wall.error, report);
+    let lost = check_energy(
+        contact,
+        sums.inverse_mass,
+        &speeds,
+        (tangential, wall),
+        report,
+    );
     MeasuredContact {
         approach: speeds.approach,
         speed,
         distance: touch.distance,
         lost,
+        work: wall.work,
+        energy_error: wall.error,
     }
+}
+
+/// Returns true if bodies that approach by no more than rounding have no impulse.
+fn is_idle(rough: &RoughContact<'_>) -> bool {
+    let NormalSpeeds {
+        approach, error, ..
+    } = rough.speeds;
+    rough.contact.impulse.to_array() == [0.0; 2] && !exceeds(approach, error)
 }
 
 /// Checks the part of the impulse across the normal; returns the energy that it takes.
@@ -313,6 +403,12 @@ fn check_momentum(
             .sides
             .iter()
             .any(|side| side.body.inertia().inverse_mass == 0.0);
+    // A reflection is one in the frame of the surface of a wall.
+    let surfaces = contact.sides.iter().zip(touch.arms);
+    let of_walls: f64 = surfaces
+        .filter(|(side, _)| side.body.is_fixed())
+        .map(|(side, arm)| length(rate(side, arm, false)))
+        .sum();
     for (side, (sign, arm)) in contact
         .sides
         .iter()
@@ -331,7 +427,7 @@ fn check_momentum(
         let rounded = if is_reflected { rim } else { 0.0 };
         if exceeds(
             length(along(change, -1.0, expected)),
-            32.0 * U * (speeds + rounded + length(expected)),
+            32.0 * U * (speeds + of_walls + rounded + length(expected)),
         ) {
             report.fail(
                 "momentum",
@@ -414,7 +510,17 @@ fn check_elasticity(
     let [slow, fast] = [-1.0, 1.0].map(|sign| speeds.approach + sign * speeds.error);
     let [least, most] = law.coefficients(slow, fast);
     let guarded = rules.guarded && least < 1.0;
-    let highest = if guarded { most.max(1.0) } else { most };
+    // Of bodies that hardly approach any coefficient gives this speed.
+    let of_bounce = if slow > 0.0 {
+        (1.0 + 32.0 * U) * rules.bounce / slow
+    } else {
+        f64::INFINITY
+    };
+    let highest = match (guarded, rules.bounce > 0.0) {
+        (true, true) => most.max(1.0).max(of_bounce),
+        (true, false) => most.max(1.0),
+        (false, _) => most,
+    };
     let (tangential, friction) = if law.is_rough() {
         (law.tangential, law.friction)
     } else {
@@ -423,7 +529,7 @@ fn check_elasticity(
     let has_surfaces = found.tangential() == tangential
         && found.friction() == friction
         && !exceeds((found.kick() - law.kick).abs(), 8.0 * U * law.kick.abs());
-    let is_elastic = guarded && found == Elasticity::ELASTIC;
+    let is_elastic = guarded && found.is_smooth() && found.coefficient() >= 1.0;
     let e = found.coefficient();
     if !(least..=highest).contains(&e) || !(has_surfaces || is_elastic) {
         report.fail(
@@ -459,13 +565,13 @@ fn check_restitution(elasticity: f64, speeds: &NormalSpeeds, resolved: f64, repo
     }
 }
 
-/// Checks that the energy decreases by ½ (1 − e²) μ u² and what a tangential impulse takes; returns
-/// the decrease.
+/// Checks that the energy and the work of a wall decrease by ½ (1 − e²) μ u² and what a tangential
+/// impulse takes; returns the decrease.
 fn check_energy(
     contact: &CollisionReport<'_>,
     inverse_mass: f64,
     speeds: &NormalSpeeds,
-    tangential: TangentialLoss,
+    (tangential, wall): (TangentialLoss, WorkOfWall),
     report: &mut Report,
 ) -> f64 {
     let NormalSpeeds {
@@ -475,11 +581,13 @@ fn check_energy(
     let size = length(contact.impulse.to_array());
     let [before, after] = [false, true]
         .map(|after| energy(&contact.sides[0], after) + energy(&contact.sides[1], after));
-    let lost = before - after;
+    let lost = before + wall.work - after;
     let expected = 0.5 * (1.0 - elasticity * elasticity) / inverse_mass * approach * approach
         + tangential.lost;
-    let allowed =
-        64.0 * U * (before + after) + 4.0 * size * (1.0 + elasticity) * error + tangential.error;
+    let allowed = 64.0 * U * (before + after)
+        + 4.0 * size * (1.0 + elasticity) * error
+        + tangential.error
+        + wall.error;
     // Below this energy the squares of speeds underflow.
     let resolved = before.max(after) > 1e-280;
     if resolved && exceeds((lost - expected).abs(), allowed) {

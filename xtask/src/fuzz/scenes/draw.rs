@@ -2,7 +2,7 @@
 
 use carom::engine::{
     AtomSpec, BumperSpec, GasSpec, MoleculeSpec, Quantity, Rotation, Scene, StartVelocities,
-    WallSpec,
+    WallMotionSpec, WallSpec,
 };
 use carom_geometry::{Molecule, Shape, gap_between};
 use glam::DVec2;
@@ -11,6 +11,7 @@ use super::{
     case::{CaseEdit, RunStretch, SceneCase, drop_unknown_pairs},
     kinematics::{BodyOutline, BodyPair, Placed, along, for_each_image, length},
     laws::SceneRules,
+    motions::{self, scale_motion},
     rules::{self, DISC_TAGS, Features, TAGS, elasticity, scale_elasticity, tags},
     sided::{ellipse_body, ellipse_gas, sided_body, sided_gas},
 };
@@ -81,10 +82,12 @@ pub fn draw(seed: u64) -> SceneCase {
     let size = sketch.bodies(draw, class);
     sketch.gases(draw, class, size);
     let stretch = stretches(draw, class, &sketch);
+    let duration: f64 = stretch.iter().map(|stretch| stretch.duration).sum();
     if sketch.features.drag {
-        let duration: f64 = stretch.iter().map(|stretch| stretch.duration).sum();
         sketch.scene.bounds.drag = draw.scale(0.01, 5.0) / duration;
     }
+    let kinds = sketch.features.motions();
+    motions::move_walls(draw, &mut sketch.scene, &kinds, duration);
     drop_unknown_pairs(&mut sketch.scene);
     let mut case = SceneCase {
         class: class.to_owned(),
@@ -113,7 +116,12 @@ fn gas(
 }
 
 /// A random molecule of about this radius, and its scene description.
-fn molecule(draw: &mut FuzzDraw, class: &str, radius: f64) -> Option<(Molecule, MoleculeSpec)> {
+fn molecule(
+    draw: &mut FuzzDraw,
+    class: &str,
+    features: Features,
+    radius: f64,
+) -> Option<(Molecule, MoleculeSpec)> {
     let radius = radius * draw.scale(0.3, 1.5);
     // Some molecules extend over most of the box.
     let radius = if class == "mixture" && draw.happens(0.03) {
@@ -142,7 +150,8 @@ fn molecule(draw: &mut FuzzDraw, class: &str, radius: f64) -> Option<(Molecule, 
         4 => Shape::Ring(draw.integer(3, 12) as usize),
         5 => Shape::Cross,
         6 => return described(sided_body(draw, radius, mass)),
-        7 => return described(ellipse_body(draw, radius, mass)),
+        // Ellipses and walls that turn are refused together.
+        7 if !features.turns() => return described(ellipse_body(draw, radius, mass)),
         _ => return described(blob(draw, radius, mass)),
     };
     let atom_radius = if kind == 0 { radius } else { 0.5 * radius };
@@ -209,6 +218,7 @@ impl Sketch {
         if features.pairs {
             rules::add_pairs(draw, &mut scene);
         }
+        scene.gravity.acceleration = features.gravity;
         Self {
             sides,
             standing: Vec::new(),
@@ -227,28 +237,42 @@ impl Sketch {
 
     /// A random wall: across the box, or between two points that may lie outside it; thin or thick.
     fn wall(&mut self, draw: &mut FuzzDraw) {
-        let radius = if draw.happens(0.5) {
-            0.0
-        } else {
-            draw.scale(1e-4, 0.02)
-        };
-        let mut spec = WallSpec {
+        let spec = WallSpec {
             tags: tags(draw, false, self.features),
-            radius,
+            radius: thickness(draw),
             ..WallSpec::default()
         };
-        let (middle, half) = match draw.index(5) {
-            0 => {
+        let across = draw.index(5);
+        self.wall_across(draw, (across < 2).then_some(across), spec);
+    }
+
+    /// Walls across the box in the way of gravity, which all bodies see.
+    fn floors(&mut self, draw: &mut FuzzDraw) {
+        for axis in 0..2 {
+            if self.scene.gravity.acceleration[axis] != 0.0 {
+                let spec = WallSpec {
+                    radius: thickness(draw),
+                    ..WallSpec::default()
+                };
+                self.wall_across(draw, Some(axis), spec);
+            }
+        }
+    }
+
+    /// Adds a wall across the box that stops bodies along an axis, or one between two points.
+    fn wall_across(&mut self, draw: &mut FuzzDraw, axis: Option<usize>, mut spec: WallSpec) {
+        let (middle, half) = match axis {
+            Some(0) => {
                 let x = draw.between(0.0, self.sides[0]);
                 spec.x = Some(x);
                 ([x, 0.5 * self.sides[1]], [0.0, 0.5 * self.sides[1]])
             }
-            1 => {
+            Some(_) => {
                 let y = draw.between(0.0, self.sides[1]);
                 spec.y = Some(y);
                 ([0.5 * self.sides[0], y], [0.5 * self.sides[0], 0.0])
             }
-            _ => {
+            None => {
                 let from = self.anywhere(draw);
                 let far = if draw.happens(0.2) { 1.5 } else { 0.4 };
                 let mut to = [0, 1]
@@ -267,7 +291,7 @@ impl Sketch {
                 )
             }
         };
-        let Ok(wall) = Molecule::wall(2.0 * DVec2::from(half), radius) else {
+        let Ok(wall) = Molecule::wall(2.0 * DVec2::from(half), spec.radius) else {
             return;
         };
         let tags = spec.tags.clone();
@@ -355,10 +379,16 @@ impl Sketch {
 
     /// Walls and single bodies of a class; returns the size of the bodies (length).
     fn bodies(&mut self, draw: &mut FuzzDraw, class: &str) -> f64 {
+        self.floors(draw);
         if class == "walls" || class.ends_with("in walls") || draw.happens(0.15) {
             for _ in 0..draw.integer(1, 4) {
                 self.wall(draw);
             }
+        }
+        if self.features.turns() {
+            self.wall_across(draw, None, WallSpec::default());
+        } else if self.scene.wall.is_empty() && !self.features.motions().is_empty() {
+            self.wall(draw);
         }
         let count = match class {
             "long run of few" => draw.integer(2, 3),
@@ -403,6 +433,11 @@ impl Sketch {
         }
     }
 
+    /// Returns true if fixed discs are refused: where there are a gravity and rules of diameters.
+    fn refuses_fixed_discs(&self) -> bool {
+        self.features.falls() && !self.scene.diameter.is_empty()
+    }
+
     /// Fixes a body, locks its rotation or sets it in motion.
     fn set_going(
         &self,
@@ -413,7 +448,7 @@ impl Sketch {
     ) {
         let has_spin = self.features.rough;
         let disc = molecule.is_disc();
-        spec.fixed = draw.happens(0.08);
+        spec.fixed = draw.happens(0.08) && !(disc && self.refuses_fixed_discs());
         if (!disc || has_spin) && draw.happens(0.15) {
             spec.rotation = Rotation::Locked;
         }
@@ -432,7 +467,7 @@ impl Sketch {
 
     /// A body at a free position; next to the last one if `close`.
     fn body(&mut self, draw: &mut FuzzDraw, class: &str, size: f64, close: bool) {
-        let Some((molecule, mut spec)) = molecule(draw, class, size) else {
+        let Some((molecule, mut spec)) = molecule(draw, class, self.features, size) else {
             return;
         };
         let outline = BodyOutline::new(&molecule);
@@ -452,7 +487,7 @@ impl Sketch {
             place,
             rotation: [cos, sin],
         };
-        if disc && !close && draw.happens(0.1) {
+        if disc && !close && draw.happens(0.1) && !self.refuses_fixed_discs() {
             let radius = outline.atoms[0].1;
             self.scene.bumper.push(BumperSpec {
                 tags: tags.clone(),
@@ -480,6 +515,15 @@ impl Sketch {
             placed,
             tags,
         });
+    }
+}
+
+/// Half the thickness of a wall (length).
+fn thickness(draw: &mut FuzzDraw) -> f64 {
+    if draw.happens(0.5) {
+        0.0
+    } else {
+        draw.scale(1e-4, 0.02)
     }
 }
 
@@ -519,6 +563,22 @@ fn edit(draw: &mut FuzzDraw, sketch: &Sketch) -> CaseEdit {
         let drag = draw.scale(0.01, 5.0);
         return CaseEdit::Drag(if draw.happens(0.3) { 0.0 } else { drag });
     }
+    let kinds = features.motions();
+    if !kinds.is_empty() && draw.happens(0.25) {
+        let kind = draw.one_of(&kinds);
+        let motion = motions::motion(draw, kind, sketch.sides, 1.0, true);
+        let is_stopped = draw.happens(0.2);
+        let motion = if is_stopped {
+            WallMotionSpec::default()
+        } else {
+            motion
+        };
+        return CaseEdit::MoveWall(body, Box::new(motion));
+    }
+    if features.falls() && draw.happens(0.15) {
+        let factor = draw.one_of(&[0.0, 0.5, -1.0]);
+        return CaseEdit::Gravity(features.gravity.map(|g| factor * g));
+    }
     let tag = |draw: &mut FuzzDraw| {
         let own = features.pairs && draw.happens(0.3);
         draw.one_of(if own { &DISC_TAGS[..] } else { &TAGS })
@@ -526,7 +586,7 @@ fn edit(draw: &mut FuzzDraw, sketch: &Sketch) -> CaseEdit {
     };
     match draw.index(11) {
         0 | 1 => {
-            let added = molecule(draw, "added", 0.03);
+            let added = molecule(draw, "added", features, 0.03);
             match added {
                 Some((molecule, mut spec)) => {
                     spec.at = sketch.anywhere(draw);
@@ -569,8 +629,14 @@ fn edit(draw: &mut FuzzDraw, sketch: &Sketch) -> CaseEdit {
 /// Multiplies lengths, speeds and masses by powers of two: mostly 1, otherwise up to 1e±30, and
 /// sometimes to the largest lengths and smallest speeds that are accepted.
 fn scale(draw: &mut FuzzDraw, case: &mut SceneCase) {
+    // Accelerations are refused beyond 10⁻⁶⁰ and 10⁶⁰.
+    let scene = &case.scene;
+    let accelerates =
+        !scene.gravity.is_none() || scene.wall.iter().any(|wall| wall.motion.is_some());
     let [length, speed, mass] = if draw.happens(0.5) {
         [0, 0, 0]
+    } else if accelerates {
+        [(); 3].map(|()| draw.integer(-50, 50))
     } else if draw.happens(0.06) {
         [draw.integer(0, 166), draw.integer(-199, 0), 0]
     } else {
@@ -589,7 +655,9 @@ fn scale(draw: &mut FuzzDraw, case: &mut SceneCase) {
         for edit in &mut stretch.edits {
             match edit {
                 CaseEdit::Add(spec) => scale_molecule(spec, length, speed, mass),
-                CaseEdit::AddWall(spec) => scale_wall(spec, length),
+                CaseEdit::AddWall(spec) => scale_wall(spec, length, speed),
+                CaseEdit::MoveWall(_, motion) => scale_motion(motion, length, speed),
+                CaseEdit::Gravity(gravity) => *gravity = gravity.map(|g| g * (speed / time)),
                 CaseEdit::Elasticity(spec) => scale_elasticity(spec, speed, mass),
                 CaseEdit::Drag(drag) => *drag /= time,
                 _ => {}
@@ -609,7 +677,9 @@ fn scale_scene(scene: &mut Scene, length: f64, speed: f64, mass: f64) {
     scene
         .wall
         .iter_mut()
-        .for_each(|spec| scale_wall(spec, length));
+        .for_each(|spec| scale_wall(spec, length, speed));
+    let gravity = &mut scene.gravity.acceleration;
+    *gravity = gravity.map(|g| g * (speed * speed / length));
     for bumper in &mut scene.bumper {
         bumper.radius *= length;
         bumper.at = bumper.at.map(|x| x * length);
@@ -654,7 +724,10 @@ fn scale_molecule(spec: &mut MoleculeSpec, length: f64, speed: f64, mass: f64) {
     }
 }
 
-fn scale_wall(spec: &mut WallSpec, length: f64) {
+fn scale_wall(spec: &mut WallSpec, length: f64, speed: f64) {
+    if let Some(motion) = &mut spec.motion {
+        scale_motion(motion, length, speed);
+    }
     let scaled = |point: Option<BodyPair>| point.map(|point| point.map(|x| x * length));
     (spec.from, spec.to) = (scaled(spec.from), scaled(spec.to));
     (spec.x, spec.y) = (spec.x.map(|x| x * length), spec.y.map(|y| y * length));

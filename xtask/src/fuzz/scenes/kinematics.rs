@@ -9,8 +9,11 @@ use carom_geometry::Molecule;
 use carom_kinematics::{EpochTime, Motion};
 use carom_testkit::oracle::{DoubleDouble, Number as _};
 
-use super::convex::{ConvexPart, OutlineEllipse, farthest_tangents};
 pub use super::vectors::{BodyPair, along, cross, dot, length, rotated};
+use super::{
+    convex::{ConvexPart, OutlineEllipse, farthest_tangents},
+    oscillation::WallOscillation,
+};
 
 /// A body's state at some time.
 #[derive(Debug, Clone, Copy)]
@@ -27,6 +30,10 @@ pub struct BodyState {
     pub spin: f64,
     /// Drag γ, with which velocity and spin fall as exp(−γ t) (1 / time).
     pub drag: f64,
+    /// Acceleration by gravity (length per time²); excludes a drag.
+    pub gravity: BodyPair,
+    /// The oscillation of a wall, from a time at which it was at `place`; excludes all others.
+    pub oscillation: Option<WallOscillation>,
 }
 
 /// Placement of a body at one time.
@@ -47,7 +54,7 @@ pub struct BodyOutline {
     pub ellipses: Vec<OutlineEllipse>,
     /// Straight edges.
     pub edges: Vec<OutlineEdge>,
-    /// Whether this is a wall: a single edge about its centre.
+    /// Whether this is a wall: a single edge, about its centre or about a pivot.
     pub is_wall: bool,
     /// Largest distance of any point of the body from its centre (length).
     pub reach: f64,
@@ -119,7 +126,7 @@ impl TouchedParts {
 }
 
 /// Difference of two times in double-double precision (time).
-fn duration(from: EpochTime, to: EpochTime) -> DoubleDouble {
+pub fn duration(from: EpochTime, to: EpochTime) -> DoubleDouble {
     let part = |to: f64, from: f64| DoubleDouble::new(to).minus(&DoubleDouble::new(from));
     part(to.epoch(), from.epoch())
         .plus(&part(to.epoch_low(), from.epoch_low()))
@@ -155,7 +162,14 @@ impl BodyState {
             turns: motion.orientation.turns(),
             spin: motion.angular_velocity,
             drag,
+            gravity: [0.0; 2],
+            oscillation: None,
         }
+    }
+
+    /// Returns true if velocity and spin do not change.
+    pub fn is_uniform(&self) -> bool {
+        self.drag == 0.0 && self.gravity == [0.0; 2] && self.oscillation.is_none()
     }
 
     /// The time that a body without drag needs for the path of this one until `time`:
@@ -186,12 +200,62 @@ impl BodyState {
         self.drag * duration(self.time, time).value()
     }
 
+    /// The state at which the body returns on its path, at `time`.
+    #[must_use]
+    pub fn reversed(&self, time: EpochTime) -> Self {
+        let back = |velocity: f64| -velocity;
+        Self {
+            velocity: self.velocity.map(back),
+            spin: -self.spin,
+            oscillation: self.oscillation.map(|one| one.reversed(time)),
+            ..*self
+        }
+    }
+
+    /// Displacement until `time` (length).
+    pub fn displacement(&self, time: EpochTime) -> [DoubleDouble; 2] {
+        if let Some(oscillation) = &self.oscillation {
+            return oscillation.displacement(time);
+        }
+        let duration = self.time_of_path(time);
+        [0, 1].map(|axis| {
+            let path = DoubleDouble::new(self.velocity[axis]).times(&duration);
+            if self.gravity[axis] == 0.0 {
+                return path;
+            }
+            let half = DoubleDouble::new(0.5 * self.gravity[axis]);
+            path.plus(&half.times(&duration).times(&duration))
+        })
+    }
+
+    /// Velocity at another time without events in between (length per time).
+    pub fn velocity_at(&self, time: EpochTime) -> BodyPair {
+        if let Some(oscillation) = &self.oscillation {
+            return oscillation.velocity(time);
+        }
+        if self.drag != 0.0 {
+            let left = self.slowing(time);
+            return self.velocity.map(|velocity| left * velocity);
+        }
+        let duration = duration(self.time, time);
+        [0, 1].map(|axis| {
+            let gained = DoubleDouble::new(self.gravity[axis]).times(&duration);
+            DoubleDouble::new(self.velocity[axis]).plus(&gained).value()
+        })
+    }
+
+    /// The highest speed until `time` (length per time).
+    pub fn top_speed(&self, time: EpochTime) -> f64 {
+        let oscillation = self.oscillation.map(|oscillation| oscillation.top_speed());
+        oscillation.unwrap_or_else(|| length(self.velocity).max(length(self.velocity_at(time))))
+    }
+
     /// Placement at another time without events in between, in a box of these sides.
     pub fn at(&self, time: EpochTime, sides: BodyPair) -> Placed {
         let duration = self.time_of_path(time);
+        let displacement = self.displacement(time);
         let coordinate = |axis: usize| {
-            let path = DoubleDouble::new(self.velocity[axis]).times(&duration);
-            let place = DoubleDouble::new(self.place[axis]).plus(&path);
+            let place = DoubleDouble::new(self.place[axis]).plus(&displacement[axis]);
             let boxes = (place.value() / sides[axis]).floor();
             place
                 .minus(&DoubleDouble::new(boxes).times(&DoubleDouble::new(sides[axis])))
@@ -242,7 +306,13 @@ impl BodyOutline {
             .fold(0.0, f64::max);
         let is_wall = molecule.is_wall();
         let (reach, thickness) = match edges[..] {
-            [OutlineEdge { half, radius, .. }] if is_wall => (length(half) + radius, radius),
+            [
+                OutlineEdge {
+                    middle,
+                    half,
+                    radius,
+                },
+            ] if is_wall => (length(middle) + length(half) + radius, radius),
             _ => (of_atoms, of_atoms),
         };
         Self {
@@ -265,6 +335,35 @@ impl BodyOutline {
         scaled.reach *= factor;
         scaled.thickness *= factor;
         scaled
+    }
+
+    /// Outline of a body with the ends of a wall across the box, on which two such walls meet.
+    #[must_use]
+    pub fn with_ends(&self) -> Self {
+        let mut outline = self.clone();
+        if self.is_wall && self.atoms.is_empty() {
+            let ends = |edge: &OutlineEdge| {
+                [-1.0, 1.0].map(|end| (along(edge.middle, end, edge.half), edge.radius))
+            };
+            outline.atoms = self.edges.iter().flat_map(ends).collect();
+        }
+        outline
+    }
+
+    /// Outline of a wall with a larger radius (length), or of another body as it is.
+    #[must_use]
+    pub fn thickened(&self, by: f64) -> Self {
+        let mut outline = self.clone();
+        if self.is_wall {
+            let atoms = outline.atoms.iter_mut().map(|(_, radius)| radius);
+            let edges = outline.edges.iter_mut().map(|edge| &mut edge.radius);
+            let all = [&mut outline.reach, &mut outline.thickness];
+            atoms
+                .chain(edges)
+                .chain(all)
+                .for_each(|radius| *radius += by);
+        }
+        outline
     }
 
     /// Returns true for a single atom, which has no orientation.
@@ -462,8 +561,15 @@ pub fn for_each_image(
     let d = along(at_b.place, -1.0, at_a.place);
     // The extent of a wall along an axis is that of its half.
     let extent = |outline: &BodyOutline, placed: &Placed, axis: usize| match outline.edges[..] {
-        [OutlineEdge { half, radius, .. }] if outline.is_wall => {
-            rotated(half, placed.rotation)[axis].abs() + radius
+        [
+            OutlineEdge {
+                middle,
+                half,
+                radius,
+            },
+        ] if outline.is_wall => {
+            let [middle, half] = [middle, half].map(|one| rotated(one, placed.rotation)[axis]);
+            middle.abs() + half.abs() + radius
         }
         _ => outline.reach,
     };
@@ -648,6 +754,8 @@ mod tests {
             turns: 0.0,
             spin: std::f64::consts::TAU,
             drag: 0.0,
+            gravity: [0.0; 2],
+            oscillation: None,
         };
         let later = state.at(
             EpochTime::from(1e12).new_epoch(1e6).after(0.125),
@@ -666,6 +774,8 @@ mod tests {
             turns: 0.0,
             spin: 0.25,
             drag,
+            gravity: [0.0; 2],
+            oscillation: None,
         };
         for decay in [1e-9, 1e-3, 0.3, 2.0, 9.0f64] {
             let state = state(0.5 * decay);
@@ -677,5 +787,41 @@ mod tests {
             assert!((state.angle_until(later) - 0.25 * path).abs() < 4e-16 * path);
             assert!((state.slowing(later) - (-decay).exp()).abs() < 4e-16);
         }
+    }
+
+    #[test]
+    fn a_body_falls_on_a_parabola() {
+        let state = BodyState {
+            gravity: [0.0, -2.0],
+            ..BodyState::new(&Motion::at_rest(DVec2::new(0.5, 3.5)), EpochTime::ZERO, 0.0)
+        };
+        let state = BodyState {
+            velocity: [0.25, 1.0],
+            ..state
+        };
+        let later = EpochTime::ZERO.new_epoch(1.0).after(0.5);
+        assert_eq!(state.at(later, [4.0, 4.0]).place, [0.875, 2.75]);
+        assert_eq!(state.velocity_at(later), [0.25, -2.0]);
+        assert_eq!(state.top_speed(later), 0.25f64.hypot(2.0));
+    }
+
+    #[test]
+    fn a_wall_turns_about_its_pivot() {
+        // A flap with its hinge at (0.25, 0.25), after a quarter of a turn.
+        let flap = Molecule::wall_about(DVec2::new(0.5, 0.0), DVec2::new(0.25, 0.0), 0.0).unwrap();
+        let (flap, disc) = (
+            BodyOutline::new(&flap),
+            BodyOutline::new(&Molecule::disc(0.0625, 1.0).unwrap()),
+        );
+        assert_eq!(flap.reach, 0.5);
+        let hinge = Motion {
+            angular_velocity: std::f64::consts::TAU,
+            ..Motion::at_rest(DVec2::splat(0.25))
+        };
+        let sides = [4.0, 4.0];
+        let turned = BodyState::new(&hinge, EpochTime::ZERO, 0.0).at(0.25.into(), sides);
+        let gap = |x, y| smallest_gap((&flap, &turned), (&disc, &placed(x, y, 0.0)), sides);
+        assert!((gap(0.3, 0.5) + 0.0125).abs() < 1e-15);
+        assert!((gap(0.25, 0.8) + 0.0125).abs() < 1e-15);
     }
 }

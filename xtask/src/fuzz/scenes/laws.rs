@@ -18,6 +18,10 @@ pub struct SceneRules {
     pub diameter: Vec<DiameterSpec>,
     /// Drag of all bodies (1 / time).
     pub drag: f64,
+    /// Acceleration of free bodies by gravity (length per time²).
+    pub gravity: [f64; 2],
+    /// True if some wall has a motion, or had one before an edit.
+    pub moves_walls: bool,
 }
 
 /// The coefficients of the contacts of two bodies.
@@ -50,6 +54,8 @@ impl SceneRules {
             transparent: scene.transparent.clone(),
             diameter: scene.diameter.clone(),
             drag: scene.bounds.drag,
+            gravity: scene.gravity.acceleration,
+            moves_walls: scene.wall.iter().any(|wall| wall.motion.is_some()),
         }
     }
 

@@ -6,6 +6,8 @@ pub mod convex;
 pub mod draw;
 pub mod kinematics;
 pub mod laws;
+pub mod motions;
+pub mod oscillation;
 pub mod rough;
 pub mod rules;
 pub mod run;
@@ -144,7 +146,13 @@ fn scales(scene: &Scene, case: &SceneCase, whole: bool) -> Scales {
         .molecule
         .iter()
         .map(|molecule| molecule.velocity[0].hypot(molecule.velocity[1]));
-    let fastest = speeds.fold(0.0, f64::max);
+    let motions = scene.wall.iter().filter_map(|wall| wall.motion.as_ref());
+    let of_walls = motions.map(|motion| {
+        let [way, velocity] = [motion.amplitude, motion.velocity].map(vectors::length);
+        velocity + motion.turn.abs() * side + motion.frequency * way
+    });
+    let of_fall = (vectors::length(scene.gravity.acceleration) * side).sqrt();
+    let fastest = speeds.chain(of_walls).fold(of_fall, f64::max);
     // In this scene bodies rotate without translation.
     let speed = if fastest > 0.0 {
         fastest

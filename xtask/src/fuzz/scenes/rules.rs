@@ -4,6 +4,10 @@ use carom::engine::{
     DiameterSpec, ElasticityRule, ElasticitySpec, Restitution, Scene, TransparentSpec,
 };
 
+use super::{
+    motions::{MotionKind, gravity},
+    vectors::BodyPair,
+};
 use crate::fuzz::random::FuzzDraw;
 
 /// Tags of all bodies.
@@ -13,7 +17,7 @@ pub const TAGS: [&str; 3] = ["a", "b", "c"];
 pub const DISC_TAGS: [&str; 2] = ["d", "e"];
 
 /// Features of scenes that are drawn in some cases.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Features {
     /// Some contacts are rough, and some restitutions depend on the speed.
     pub rough: bool,
@@ -21,6 +25,10 @@ pub struct Features {
     pub pairs: bool,
     /// There is a drag.
     pub drag: bool,
+    /// The kinds of motions of walls; if some walls turn, there are no ellipses.
+    pub motions: [Option<MotionKind>; 3],
+    /// Acceleration by gravity (length per time²).
+    pub gravity: BodyPair,
 }
 
 impl Features {
@@ -28,11 +36,42 @@ impl Features {
     pub fn draw(draw: &mut FuzzDraw, class: &str) -> Self {
         let is_new = ["rough", "pairs", "drag", "ellipses"].contains(&class);
         let mut has = |name: &str| class == name || (is_new && draw.happens(0.25));
+        let [rough, pairs, drag] = ["rough", "pairs", "drag"].map(&mut has);
+        // A drag excludes the motions of walls and gravity; in a long run walls meet.
+        let is_driven = !drag && class != "long run of few";
+        let has_ellipses = class.starts_with("ellipses");
+        let motions = [
+            MotionKind::Uniform,
+            MotionKind::Turning,
+            MotionKind::Oscillating,
+        ]
+        .map(|kind| {
+            let is_refused = has_ellipses && kind == MotionKind::Turning;
+            (is_driven && draw.happens(0.25) && !is_refused).then_some(kind)
+        });
+        let falls = is_driven && draw.happens(0.25);
         Self {
-            rough: has("rough"),
-            pairs: has("pairs"),
-            drag: has("drag"),
+            rough,
+            pairs,
+            drag,
+            motions,
+            gravity: if falls { gravity(draw) } else { [0.0; 2] },
         }
+    }
+
+    /// The kinds of motions of walls.
+    pub fn motions(&self) -> Vec<MotionKind> {
+        self.motions.into_iter().flatten().collect()
+    }
+
+    /// Returns true if some walls turn.
+    pub fn turns(&self) -> bool {
+        self.motions.contains(&Some(MotionKind::Turning))
+    }
+
+    /// Returns true if there is a gravity.
+    pub fn falls(&self) -> bool {
+        self.gravity != [0.0; 2]
     }
 }
 

@@ -47,7 +47,7 @@ pub struct Seams<'a> {
 pub fn run(case: &SceneCase, seams: &Seams<'_>) -> Option<SceneOutcome> {
     let mut simulation = seams.parts.start(&case.scene, seams.order).ok()?;
     let mut rules = SceneRules::new(&case.scene);
-    let mut watcher = Watcher::new(&simulation.view(), &rules, case.seed);
+    let mut watcher = Watcher::new(&simulation.view(), &rules, case);
     let mut draw = FuzzDraw::new(case.seed);
     let mut twin: Option<AnySimulation> = None;
     let mut whole = true;
@@ -80,12 +80,16 @@ pub fn run(case: &SceneCase, seams: &Seams<'_>) -> Option<SceneOutcome> {
         if let Some(error) = error {
             named_end(error, &rules, &mut watcher.report);
         }
+        if let Some(RunError::WallsMeet { time, wall, other }) = error {
+            watcher.report.count("walls met", 1);
+            watcher.check_meeting([wall.key, other.key], *time);
+        }
         if watcher.is_done() || !whole {
             break;
         }
         for edit in &stretch.edits {
-            apply(edit, &mut simulation, &mut twin, &mut rules, &mut watcher);
-            watcher.edited(&simulation.view(), &rules);
+            let made = apply(edit, &mut simulation, &mut twin, &mut rules, &mut watcher);
+            watcher.edited(&simulation.view(), &rules, made.then_some(edit));
         }
     }
     let counters = *simulation.view().counters();
@@ -207,7 +211,9 @@ fn compare_twin(
             ledger.spared,
             ledger.put_in,
             ledger.heat,
+            ledger.work,
             ledger.dragged,
+            ledger.fallen,
         ]
         .map(f64::to_bits);
         let counters = view.counters();
@@ -253,9 +259,11 @@ fn check_census(simulation: &AnySimulation, duration: f64, whole: bool, watcher:
 fn named_end(error: &RunError, rules: &SceneRules, report: &mut Report) {
     let elasticity = &rules.elasticity;
     let superelastic = elasticity.adds_energy();
+    let moves_walls = rules.moves_walls;
     let allowed = match error {
-        RunError::Stalled { .. } => elasticity.contact_time == 0.0,
-        RunError::BlowUp { .. } | RunError::TimeStandsStill { .. } => superelastic,
+        RunError::Stalled { .. } => elasticity.contact_time == 0.0 || moves_walls,
+        RunError::BlowUp { .. } | RunError::TimeStandsStill { .. } => superelastic || moves_walls,
+        RunError::WallsMeet { .. } | RunError::Squeezed { .. } => moves_walls,
         RunError::TimeScalesTooFarApart { .. } => true,
         _ => false,
     };
@@ -265,13 +273,14 @@ fn named_end(error: &RunError, rules: &SceneRules, report: &mut Report) {
     }
 }
 
+/// Makes an edit in both simulations; returns false if it is refused.
 fn apply(
     edit: &CaseEdit,
     simulation: &mut AnySimulation,
     twin: &mut Option<AnySimulation>,
     rules: &mut SceneRules,
     watcher: &mut Watcher,
-) {
+) -> bool {
     let made = edit.apply(simulation);
     watcher.report.count("edits", 1);
     if made.is_err() {
@@ -293,7 +302,11 @@ fn apply(
             CaseEdit::Elasticity(spec) => rules.elasticity.clone_from(spec),
             CaseEdit::Transparent(pairs) => rules.transparent.clone_from(pairs),
             CaseEdit::Drag(drag) => rules.drag = *drag,
+            CaseEdit::Gravity(gravity) => rules.gravity = *gravity,
+            CaseEdit::MoveWall(..) => rules.moves_walls = true,
+            CaseEdit::AddWall(spec) => rules.moves_walls |= spec.motion.is_some(),
             _ => {}
         }
     }
+    made.is_ok()
 }

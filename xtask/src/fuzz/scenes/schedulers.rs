@@ -90,9 +90,10 @@ fn shares(a: &Logged, list: &[Logged]) -> bool {
 /// Returns true if a contact is so grazing that the deviation of the trajectories decides whether
 /// it occurs.
 fn is_graze(contact: &Logged, deviation: f64, side: f64) -> bool {
-    // An overlap of this depth: u² / (2 g'') with g'' ≤ w²/s.
+    // An overlap of this depth: u² / (2 g'') with g'' ≤ w²/s + a.
     let depth = 100.0 * deviation * side;
-    contact.approach <= contact.speed * (2.0 * depth / contact.distance).sqrt()
+    let of_speed = contact.speed * (2.0 * depth / contact.distance).sqrt();
+    contact.approach <= of_speed.hypot((2.0 * depth * contact.acceleration).sqrt())
 }
 
 /// Deviation of two trajectories, and the scales of the scene.
@@ -170,6 +171,7 @@ mod tests {
                 approach: 0.5,
                 speed: 1.0,
                 distance: 0.1,
+                acceleration: 0.0,
             })
             .collect()
     }

@@ -1,10 +1,12 @@
 //! Tests of the scene fuzzer: it finds planted faults of a detector and of a response.
 
-use carom::engine::{CellScheduler, HeapScheduler, MoleculeSpec, Restitution, Simulation};
+use carom::engine::{
+    CellScheduler, HeapScheduler, MoleculeSpec, Restitution, Simulation, WallMotionSpec,
+};
 use carom::response::{ContactFrame, Elasticity, Impact, Response};
 use carom_detection::{Answer, Contact, Detection, Exact, Outcome};
 use carom_geometry::Outline;
-use carom_kinematics::{Inertia, Motion, RelativeMotion};
+use carom_kinematics::{Drive, Inertia, Motion, RelativeMotion};
 use glam::DVec2;
 
 use super::{
@@ -29,7 +31,36 @@ impl Detection for Faulty {
         motion: &RelativeMotion,
         horizon: f64,
     ) -> Answer {
-        let answer = Exact::default().first_contact(a, b, motion, horizon);
+        self.corrupt(
+            Exact::default().first_contact(a, b, motion, horizon),
+            horizon,
+        )
+    }
+
+    fn first_contact_driven(
+        &self,
+        begin: f64,
+        bodies: [Outline<'_>; 2],
+        motion: &RelativeMotion,
+        drive: (&Drive, f64),
+        horizon: f64,
+    ) -> Answer {
+        let answer = Exact::default().first_contact_driven(begin, bodies, motion, drive, horizon);
+        self.corrupt(answer, horizon)
+    }
+
+    fn searches_driven_bodies(&self) -> bool {
+        true
+    }
+
+    fn searches_turning_walls(&self) -> bool {
+        true
+    }
+}
+
+impl Faulty {
+    /// The answer with the fault, if it is one of those with a fault.
+    fn corrupt(&self, answer: Answer, horizon: f64) -> Answer {
         let Outcome::Contact(contact) = answer.outcome else {
             return answer;
         };
@@ -149,9 +180,9 @@ impl Response for Skewed {
 }
 
 /// The engine as it is, with a scene other than the one that the watcher has.
-struct Altered(fn(&mut Scene));
+struct Altered<F: Fn(&mut Scene)>(F);
 
-impl SceneParts for Altered {
+impl<F: Fn(&mut Scene)> SceneParts for Altered<F> {
     fn start(&self, scene: &Scene, order: Order) -> Result<AnySimulation, SceneError> {
         let mut altered = scene.clone();
         self.0(&mut altered);
@@ -167,10 +198,41 @@ impl SceneParts for Altered {
     }
 }
 
+/// The impact law, of which walls that move count as at rest.
+#[derive(Debug, Clone)]
+struct WallsAtRest;
+
+impl Response for WallsAtRest {
+    fn impulse(
+        &self,
+        frame: &ContactFrame,
+        bodies: [(&Motion, &Inertia); 2],
+        elasticity: Elasticity,
+    ) -> DVec2 {
+        let stopped = bodies.map(|(motion, inertia)| {
+            if inertia.is_fixed() {
+                Motion::at_rest(motion.position)
+            } else {
+                *motion
+            }
+        });
+        let [a, b] = &stopped;
+        Impact.impulse(frame, [(a, bodies[0].1), (b, bodies[1].1)], elasticity)
+    }
+}
+
 /// Kind of the first failure in a case of a class that passes without the planted fault.
 fn failure_in_class(faulty: &Scenes<impl SceneParts>, class: &str) -> Option<String> {
+    failure_where(faulty, |case| case.class == class)
+}
+
+/// Kind of the first failure in such a case that passes without the planted fault.
+fn failure_where(
+    faulty: &Scenes<impl SceneParts>,
+    is_meant: impl Fn(&SceneCase) -> bool,
+) -> Option<String> {
     let cases = (0..2000).map(|index| draw::draw(case_seed(2027, index)));
-    cases.filter(|case| case.class == class).find_map(|case| {
+    cases.filter(is_meant).find_map(|case| {
         let failure = faulty.check(&case).failure?;
         let sound = Scenes::<Sound>::default().check(&case).failure;
         sound.is_none().then_some(failure.kind)
@@ -237,10 +299,10 @@ fn wrong_coefficients_of_rough_contacts_are_found() {
 
 #[test]
 fn contacts_of_pairs_that_do_not_see_each_other_are_found() {
-    let visible = Altered(|scene| scene.transparent.clear());
+    let visible = Altered(|scene: &mut Scene| scene.transparent.clear());
     let kind = failure_in_class(&Scenes { parts: visible }, "pairs").expect("the fault is found");
     assert!(["transparent", "gap"].contains(&&kind[..]), "{kind}");
-    let larger = Altered(|scene| {
+    let larger = Altered(|scene: &mut Scene| {
         for rule in &mut scene.diameter {
             rule.factor *= 1.0 - 1e-9;
         }
@@ -254,9 +316,107 @@ fn contacts_of_pairs_that_do_not_see_each_other_are_found() {
 
 #[test]
 fn a_wrong_drag_is_found() {
-    let slower = Altered(|scene| scene.bounds.drag *= 1.0 + 1e-9);
+    let slower = Altered(|scene: &mut Scene| scene.bounds.drag *= 1.0 + 1e-9);
     let kind = failure_in_class(&Scenes { parts: slower }, "drag").expect("the fault is found");
     assert!(["velocity", "place"].contains(&&kind[..]), "{kind}");
+}
+
+/// Returns true if some wall has such a motion at the start.
+fn has_wall(case: &SceneCase, is_meant: fn(&WallMotionSpec) -> bool) -> bool {
+    let walls = case.scene.wall.iter();
+    walls.filter_map(|wall| wall.motion.as_ref()).any(is_meant)
+}
+
+/// The engine as it is, with other motions of walls than those that the watcher has.
+fn with_motions(alter: fn(&mut WallMotionSpec)) -> Scenes<impl SceneParts> {
+    Scenes {
+        parts: Altered(move |scene: &mut Scene| {
+            let walls = scene.wall.iter_mut();
+            walls
+                .filter_map(|wall| wall.motion.as_mut())
+                .for_each(alter);
+        }),
+    }
+}
+
+#[test]
+fn wrong_motions_of_walls_are_found() {
+    let alterations: [fn(&mut WallMotionSpec); 3] = [
+        |motion| motion.velocity = motion.velocity.map(|v| v * (1.0 + 1e-9)),
+        |motion| motion.turn *= 1.0 + 1e-9,
+        |motion| motion.about = motion.about.map(|at| at.map(|x| x * (1.0 + 1e-9))),
+    ];
+    for alter in alterations {
+        let kind = failure_where(&with_motions(alter), |case| {
+            has_wall(case, |motion| motion.about.is_some())
+                || has_wall(case, |motion| motion.velocity != [0.0; 2])
+        });
+        assert_eq!(kind.as_deref(), Some("motion of a wall"));
+    }
+}
+
+#[test]
+fn wrong_oscillations_are_found() {
+    // The first velocity is right, and the places differ later.
+    let longer: fn(&mut WallMotionSpec) = |motion| {
+        motion.amplitude = motion.amplitude.map(|a| a * (1.0 + 1e-9));
+        motion.frequency /= 1.0 + 1e-9;
+    };
+    let earlier: fn(&mut WallMotionSpec) = |motion| motion.phase = -motion.phase;
+    for alter in [longer, earlier] {
+        let kind = failure_where(&with_motions(alter), |case| {
+            has_wall(case, |motion| motion.phase != 0.0)
+        });
+        let kind = kind.expect("the fault is found");
+        let kinds = ["velocity", "place", "overlap between events"];
+        assert!(kinds.contains(&&kind[..]), "{kind}");
+    }
+}
+
+#[test]
+fn a_wrong_gravity_is_found() {
+    let stronger = Altered(|scene: &mut Scene| {
+        let gravity = &mut scene.gravity.acceleration;
+        *gravity = gravity.map(|g| g * (1.0 + 1e-9));
+    });
+    let kind = failure_where(&Scenes { parts: stronger }, |case| {
+        !case.scene.gravity.is_none()
+    });
+    let kind = kind.expect("the fault is found");
+    assert!(["velocity", "place"].contains(&&kind[..]), "{kind}");
+}
+
+#[test]
+fn lost_and_late_contacts_of_driven_bodies_are_found() {
+    let is_driven: [fn(&SceneCase) -> bool; 3] = [
+        |case| !case.scene.gravity.is_none(),
+        |case| has_wall(case, |motion| motion.frequency > 0.0),
+        |case| has_wall(case, |motion| motion.turn != 0.0),
+    ];
+    for is_meant in is_driven {
+        for (one_in, late) in [(100, f64::INFINITY), (100, 1e-6)] {
+            let parts = Planted(Faulty { one_in, late }, Impact);
+            let kind = failure_where(&Scenes { parts }, is_meant);
+            let kind = kind.expect("the fault is found");
+            let kinds = [
+                "overlap between events",
+                "gap",
+                "census",
+                "schedulers differ",
+                "invariants",
+            ];
+            assert!(kinds.contains(&&kind[..]), "{kind}");
+        }
+    }
+}
+
+#[test]
+fn impulses_as_of_walls_at_rest_are_found() {
+    let parts = Planted(Exact::default(), WallsAtRest);
+    let kind = failure_where(&Scenes { parts }, |case| has_wall(case, |_| true));
+    let kind = kind.expect("the fault is found");
+    let kinds = ["restitution", "energy", "impulse"];
+    assert!(kinds.contains(&&kind[..]), "{kind}");
 }
 
 /// Kind of the first failure in a case that passes without the planted fault.
@@ -411,6 +571,35 @@ fn most_scenes_can_be_built_and_have_contacts() {
     assert!(built > 35, "{built}");
     assert!(contacts > 3000, "{contacts}");
     assert!(edits > 10, "{edits}");
+}
+
+/// Each new motion is in a share of the scenes, few of which are refused.
+#[test]
+fn a_share_of_the_scenes_is_driven() {
+    let is_driven: [fn(&SceneCase) -> bool; 4] = [
+        |case| has_wall(case, |motion| motion.turn != 0.0),
+        |case| has_wall(case, |motion| motion.velocity != [0.0; 2]),
+        |case| has_wall(case, |motion| motion.frequency > 0.0),
+        |case| !case.scene.gravity.is_none(),
+    ];
+    let (mut drawn, mut refused) = ([0; 4], [0; 4]);
+    for index in 0..400 {
+        let case = draw::draw(case_seed(7, index));
+        let order = Order::Heap(CellsPerSide::Automatic);
+        let started = Sound.start(&case.scene, order);
+        for (kind, is_meant) in is_driven.iter().enumerate() {
+            if is_meant(&case) {
+                drawn[kind] += 1;
+                refused[kind] += u32::from(started.is_err());
+            }
+        }
+    }
+    assert!(drawn.iter().all(|&count| count > 30), "{drawn:?}");
+    let few = drawn
+        .iter()
+        .zip(refused)
+        .all(|(drawn, refused)| 5 * refused < *drawn);
+    assert!(few, "{refused:?} of {drawn:?}");
 }
 
 #[test]

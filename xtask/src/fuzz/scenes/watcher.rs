@@ -1,16 +1,23 @@
 //! Observer of a run that compares all reports with independent kinematics.
 
-use std::{borrow::Cow, collections::BTreeMap};
+use std::{
+    borrow::Cow,
+    collections::{BTreeMap, BTreeSet},
+};
 
-use carom::engine::{BodyKey, BodyView, CollisionReport, Observer, View};
+use carom::engine::{BodyKey, BodyView, CollisionReport, Observer, View, WallMotionSpec};
 use carom_kinematics::{EpochTime, Motion};
+use carom_testkit::oracle::Number as _;
 
 use super::{
+    case::{CaseEdit, SceneCase},
     contact::{self, ContactRules, MeasuredContact},
     kinematics::{
-        BodyOutline, BodyPair, BodyState, Placed, distance_in_box, dot, length, smallest_gap,
+        BodyOutline, BodyPair, BodyState, Placed, along, distance_in_box, dot, length, rotated,
+        smallest_gap,
     },
     laws::SceneRules,
+    oscillation::WallOscillation,
 };
 use crate::fuzz::{
     random::FuzzDraw,
@@ -56,7 +63,18 @@ const ROUNDINGS_OF_DRAG: f64 = 16.0;
 /// event is converted to that clock and back: so many times the rounding of an offset.
 const ROUNDINGS_OF_CLOCK: f64 = 8.0;
 
-/// Last reported state of a body.
+/// Rounding that each epoch may add to the phase of an oscillation (radians), in roundings: of the
+/// angle, up to 8, of a turn, and of the displacement, from which uniform motion is subtracted.
+const ROUNDINGS_OF_PHASE: f64 = 40.0;
+
+/// Rounding of a velocity that a gravity may add in each epoch and contact, in roundings of the
+/// speeds in the laboratory and in the falling frame.
+const ROUNDINGS_OF_FALL: f64 = 8.0;
+
+/// Distance at which walls may end a run by their meeting, in longer sides.
+const CLOSE: f64 = 1e-5;
+
+/// Last reported state of a body; of a wall that oscillates, that at which it began to.
 #[derive(Debug, Clone)]
 struct Tracked {
     outline: BodyOutline,
@@ -87,6 +105,9 @@ pub struct Logged {
     pub speed: f64,
     /// Distance between the centres (length).
     pub distance: f64,
+    /// Bound on the acceleration of one surface relative to the other, in addition to that of free
+    /// bodies that turn (length per time²).
+    pub acceleration: f64,
 }
 
 /// Observer of one run.
@@ -94,6 +115,9 @@ pub struct Logged {
 pub struct Watcher {
     sides: BodyPair,
     bodies: BTreeMap<BodyKey, Tracked>,
+    /// Pairs of fixed bodies that were apart at the last edit, in the order of `bodies`: a run ends
+    /// before they meet.
+    apart: BTreeSet<[BodyKey; 2]>,
     rules: SceneRules,
     /// Time of the last event, or of the start.
     last: EpochTime,
@@ -105,6 +129,18 @@ pub struct Watcher {
     /// edit.
     lost: f64,
     lost_before: f64,
+    /// Work of walls since the last edit, and the ledger's value then.
+    work: f64,
+    work_before: f64,
+    /// Work of gravity on all bodies from the last edit to the last contact of each, the ledger's
+    /// value at that edit, and a bound on the error.
+    fallen: f64,
+    fallen_before: f64,
+    fallen_error: f64,
+    /// Bound on the errors of `lost` and `work` from those of the places.
+    work_error: f64,
+    /// Energy at the last edit.
+    energy_before: f64,
     largest_energy: f64,
     /// Largest energy and largest entry of the ledger since the start. Edits do not reset it, since
     /// the ledger keeps its rounding errors.
@@ -125,17 +161,25 @@ pub struct Watcher {
 
 impl Watcher {
     /// Starts the observation.
-    pub fn new(view: &View<'_>, rules: &SceneRules, seed: u64) -> Self {
+    pub fn new(view: &View<'_>, rules: &SceneRules, case: &SceneCase) -> Self {
         let mut watcher = Self {
             sides: view.bounds().sides().to_array(),
             bodies: BTreeMap::new(),
+            apart: BTreeSet::new(),
             rules: rules.clone(),
             last: view.time(),
             start: view.time(),
-            draw: FuzzDraw::new(seed),
+            draw: FuzzDraw::new(case.seed),
             epochs: 0,
             lost: 0.0,
             lost_before: 0.0,
+            work: 0.0,
+            work_before: 0.0,
+            fallen: 0.0,
+            fallen_before: 0.0,
+            fallen_error: 0.0,
+            work_error: 0.0,
+            energy_before: 0.0,
             largest_energy: 0.0,
             largest_entry: 0.0,
             entries: 16.0,
@@ -145,20 +189,53 @@ impl Watcher {
             log: Vec::new(),
             report: Report::default(),
         };
-        watcher.start_watching(view);
+        // Walls are in the order of the scene.
+        let walls = view.bodies().filter(|body| body.body.is_wall());
+        let given = walls.zip(&case.scene.wall).filter_map(|(body, spec)| {
+            let motion = GivenMotion {
+                motion: spec.motion.as_ref()?,
+                middle: spec
+                    .from
+                    .zip(spec.to)
+                    .map(|(from, to)| [0, 1].map(|axis| 0.5 * (from[axis] + to[axis]))),
+            };
+            Some((body.body.key(), motion))
+        });
+        watcher.start_watching(view, &given.collect());
         watcher
     }
 
-    /// Updates the state after each edit: the next may take out the energy that this has put in.
-    pub fn edited(&mut self, view: &View<'_>, rules: &SceneRules) {
+    /// Updates the state after each edit: the next may take out the energy that this has put in. An
+    /// edit that was refused is `None`.
+    pub fn edited(&mut self, view: &View<'_>, rules: &SceneRules, edit: Option<&CaseEdit>) {
         self.rules = rules.clone();
-        self.start_watching(view);
+        // The edit begins an epoch.
+        self.epochs += 1;
+        let time = view.time();
+        if let Some(CaseEdit::Reverse) = edit {
+            for body in self.bodies.values_mut() {
+                body.state = body.state.reversed(time);
+            }
+        }
+        let moved = edit.and_then(|edit| edit.moved_wall(view));
+        let given = moved.into_iter().map(|(key, motion)| {
+            let known = self.bodies.get(&key);
+            let middle = known.map(|wall| wall.middle(wall.state.at(time, self.sides)));
+            (key, GivenMotion { motion, middle })
+        });
+        let given = given.collect();
+        self.start_watching(view, &given);
     }
 
-    fn start_watching(&mut self, view: &View<'_>) {
+    /// Takes over the state of all bodies, of which some are walls that are now given a motion.
+    fn start_watching(&mut self, view: &View<'_>, given: &BTreeMap<BodyKey, GivenMotion<'_>>) {
         self.last = view.time();
-        self.lost = 0.0;
-        self.lost_before = view.ledger().lost;
+        let ledger = view.ledger();
+        (self.lost, self.work, self.fallen) = (0.0, 0.0, 0.0);
+        (self.fallen_error, self.work_error) = (0.0, 0.0);
+        (self.lost_before, self.work_before) = (ledger.lost, ledger.work);
+        self.fallen_before = ledger.fallen;
+        self.energy_before = view.energy();
         self.largest_energy = view.energy();
         self.keep_largest_entry(view);
         // An edit enters the difference of two sums over all bodies.
@@ -170,23 +247,125 @@ impl Watcher {
                 .map(|&tag| view.tag_names().name(tag).to_owned())
                 .collect()
         };
-        self.bodies = view
-            .bodies()
-            .map(|body| {
-                let tracked = Tracked {
-                    outline: BodyOutline::new(body.body.molecule()),
-                    state: BodyState::new(&body.motion, view.time(), self.rules.drag),
-                    epoch: self.epochs,
-                    fixed: body.body.is_fixed(),
-                    tags: tags(body.body),
-                    mass: body.body.molecule().mass(),
-                };
-                (body.body.key(), tracked)
-            })
-            .collect();
+        let before = std::mem::take(&mut self.bodies);
+        for body in view.bodies() {
+            let key = body.body.key();
+            let mut tracked = Tracked {
+                outline: BodyOutline::new(body.body.molecule()),
+                state: self.state(&body.motion, view.time(), body.body.is_fixed()),
+                epoch: self.epochs,
+                fixed: body.body.is_fixed(),
+                tags: tags(body.body),
+                mass: body.body.molecule().mass(),
+            };
+            if let Some(given) = given.get(&key) {
+                tracked.state.oscillation = WallOscillation::new(given.motion, view.time());
+                self.check_given(&tracked, given, body.body.id());
+            } else if let Some(known) = before.get(&key).filter(|known| known.fixed) {
+                // No other edit changes the motion of a wall.
+                self.compare_velocity(known, &tracked.state, body.body.id());
+                if known.state.oscillation.is_some() {
+                    (tracked.state, tracked.epoch) = (known.state, known.epoch);
+                }
+            }
+            self.bodies.insert(key, tracked);
+        }
+        self.apart = self.fixed_pairs_apart(view.time());
         let free = self.bodies.values().all(|body| !body.fixed);
         let time = view.time();
         self.momentum = free.then(|| (self.total_momentum(time), time));
+    }
+
+    /// The pairs of fixed bodies that are apart by more than rounding.
+    fn fixed_pairs_apart(&self, time: EpochTime) -> BTreeSet<[BodyKey; 2]> {
+        let mut apart = BTreeSet::new();
+        if !self.rules.moves_walls {
+            return apart;
+        }
+        let fixed: Vec<_> = self.bodies.iter().filter(|(_, body)| body.fixed).collect();
+        for (index, (key, body)) in fixed.iter().enumerate() {
+            for (earlier, other) in &fixed[..index] {
+                let gap = self.gap_of_fixed([other, body], 0.0, time);
+                if gap > self.gap_bound(&other.outline, &body.outline) {
+                    apart.insert([**earlier, **key]);
+                }
+            }
+        }
+        apart
+    }
+
+    /// The smallest gap of two fixed bodies, which may be walls across the box, if walls were
+    /// thicker by this (lengths).
+    fn gap_of_fixed(&self, pair: [&Tracked; 2], thicker: f64, time: EpochTime) -> f64 {
+        let [one, two] = pair.map(|body| body.outline.with_ends().thickened(thicker));
+        let [at_one, at_two] = pair.map(|body| body.state.at(time, self.sides));
+        smallest_gap((&one, &at_one), (&two, &at_two), self.sides)
+    }
+
+    /// Checks that two bodies that have ended the run by their meeting are close to each other: the
+    /// detector sees walls of which one turns meet a little before.
+    pub fn check_meeting(&mut self, keys: [BodyKey; 2], time: EpochTime) {
+        let [Some(a), Some(b)] = keys.map(|key| self.bodies.get(&key)) else {
+            self.report.fail("bodies", "walls that meet are unknown");
+            return;
+        };
+        // No gap is computed if the bounding circles do not meet.
+        let thicker = CLOSE * self.longer_side();
+        let gap = self.gap_of_fixed([a, b], thicker, time);
+        if exceeds(gap, 0.0) {
+            let detail = format!("they are apart by {gap:e} more than {thicker:e}");
+            self.report.fail("walls meet", detail);
+        }
+    }
+
+    /// The state of a body with this motion at a time.
+    fn state(&self, motion: &Motion, time: EpochTime, fixed: bool) -> BodyState {
+        let (gravity, drag) = if fixed {
+            ([0.0; 2], 0.0)
+        } else {
+            (self.rules.gravity, self.rules.drag)
+        };
+        BodyState {
+            gravity,
+            ..BodyState::new(motion, time, drag)
+        }
+    }
+
+    /// Checks that a wall begins the motion that it has just been given: about the right pivot, and
+    /// without a jump.
+    fn check_given(&mut self, wall: &Tracked, given: &GivenMotion<'_>, id: u64) {
+        let GivenMotion { motion, middle } = given;
+        let (state, time) = (&wall.state, wall.state.time);
+        let velocity = state
+            .oscillation
+            .map_or(motion.velocity, |oscillation| oscillation.velocity(time));
+        let off = length(along(state.velocity, -1.0, velocity));
+        let allowed = if state.oscillation.is_some() {
+            self.velocity_error(wall, time)
+        } else {
+            0.0
+        };
+        if exceeds(off, allowed) || state.spin != motion.turn {
+            self.report.fail(
+                "motion of a wall",
+                format!("wall {id} has {state:?}, but is given {motion:?}"),
+            );
+        }
+        let Some(middle) = *middle else { return };
+        let placed = state.at(time, self.sides);
+        let turns = motion.turn != 0.0;
+        let pivot = motion.about.filter(|_| turns).unwrap_or(middle);
+        let [of_middle, of_pivot] = [(wall.middle(placed), middle), (placed.place, pivot)]
+            .map(|(found, expected)| distance_in_box(found, expected, self.sides));
+        let allowed = ROUNDINGS * f64::EPSILON * (self.longer_side() + wall.outline.reach);
+        if exceeds(of_middle, allowed) || (turns && exceeds(of_pivot, allowed)) {
+            self.report.fail(
+                "motion of a wall",
+                format!(
+                    "the middle of wall {id} deviates by {of_middle:e} and its pivot by {of_pivot:e}"
+                ),
+            );
+        }
     }
 
     fn keep_largest_entry(&mut self, view: &View<'_>) {
@@ -198,6 +377,10 @@ impl Watcher {
             ledger.put_in,
             ledger.heat,
             ledger.dragged,
+            ledger.work,
+            ledger.fallen,
+            // Sums of m g·x over all bodies, of which an entry is the difference.
+            self.total_mass() * length(self.rules.gravity) * self.longer_side(),
         ];
         self.largest_entry = entries
             .into_iter()
@@ -225,8 +408,8 @@ impl Watcher {
         };
         // Times are rounded as offsets in an epoch; a body moves at most this far in it.
         let longest = SIDES_PER_EPOCH * self.longer_side();
-        let way =
-            |time: EpochTime| (length(body.state.velocity) * time.offset().abs()).min(longest);
+        let speed = body.state.top_speed(time);
+        let way = |time: EpochTime| (speed * time.offset().abs()).min(longest);
         let times = if self.rules.drag == 0.0 {
             1.0
         } else {
@@ -235,15 +418,53 @@ impl Watcher {
         let clock = times * (way(time) + way(body.state.time));
         // Epochs start at double-double times, which do not resolve the motion of very fast bodies
         // at late times.
-        let rim = length(body.state.velocity) + body.state.spin.abs() * body.outline.reach;
-        let unresolved = RESOLUTION * time.to_f64().abs() * rim;
+        let rim = speed + body.state.spin.abs() * body.outline.reach;
+        let mut unresolved = RESOLUTION * time.to_f64().abs() * rim;
+        if body.state.gravity != [0.0; 2] {
+            unresolved += self.velocity_error(body, time) * time.since(body.state.time).abs();
+        }
+        // Each epoch of an oscillation begins at the place that its phase gives.
+        let rounded = match &body.state.oscillation {
+            None => ROUNDINGS_PER_EPOCH * (epochs + 1.0) * self.longer_side(),
+            Some(oscillation) => {
+                ROUNDINGS_PER_EPOCH * self.longer_side()
+                    + ROUNDINGS_OF_PHASE * (epochs + 1.0) * length(oscillation.amplitude)
+            }
+        };
         f64::EPSILON
-            * (ROUNDINGS_PER_EPOCH * (epochs + 1.0) * self.longer_side()
+            * (rounded
                 + turning * body.outline.reach
                 + clock
                 + dragged * body.state.path_until(time)
                 + OUTWARDS * self.longer_side())
             + unresolved
+    }
+
+    /// Bound on the error of a velocity that gravity or an oscillation changes (length per time).
+    fn velocity_error(&self, body: &Tracked, time: EpochTime) -> f64 {
+        let epochs = (self.epochs - body.epoch + 1) as f64;
+        let state = &body.state;
+        let (speed, acceleration, roundings) = if let Some(oscillation) = &state.oscillation {
+            let speed = oscillation.top_speed();
+            (speed, speed * oscillation.frequency, ROUNDINGS_OF_PHASE)
+        } else {
+            let gravity = length(state.gravity);
+            let falling = (gravity * self.longer_side()).sqrt();
+            (state.top_speed(time) + falling, gravity, ROUNDINGS_OF_FALL)
+        };
+        f64::EPSILON * roundings * epochs * speed + RESOLUTION * time.to_f64().abs() * acceleration
+    }
+
+    /// The work of gravity on a body since its last report, and a bound on its error (mass ×
+    /// length² / time²).
+    fn fall(&self, body: &Tracked, time: EpochTime) -> [f64; 2] {
+        let gravity = body.state.gravity;
+        if gravity == [0.0; 2] {
+            return [0.0; 2];
+        }
+        let way = body.state.displacement(time).map(|way| way.value());
+        let error = self.error(body, time) + 4.0 * f64::EPSILON * length(way);
+        [dot(gravity, way), length(gravity) * error].map(|work| body.mass * work)
     }
 
     fn gap_bound(&self, a: &BodyOutline, b: &BodyOutline) -> f64 {
@@ -276,11 +497,12 @@ impl Watcher {
 
     /// Examines all pairs in all images at one time.
     fn look_at_all(&mut self, time: EpochTime) {
-        let placed: Vec<(&Tracked, Placed, f64)> = self
+        let placed: Vec<(BodyKey, &Tracked, Placed, f64)> = self
             .bodies
-            .values()
-            .map(|body| {
+            .iter()
+            .map(|(key, body)| {
                 (
+                    *key,
                     body,
                     body.state.at(time, self.sides),
                     self.error(body, time),
@@ -288,16 +510,19 @@ impl Watcher {
             })
             .collect();
         let (mut worst, mut deepest) = (0.0f64, None);
-        for (index, (a, at_a, error_a)) in placed.iter().enumerate() {
-            for (b, at_b, error_b) in &placed[..index] {
-                if a.fixed && b.fixed {
+        for (index, (key_a, a, at_a, error_a)) in placed.iter().enumerate() {
+            for (key_b, b, at_b, error_b) in &placed[..index] {
+                if a.fixed && b.fixed && !self.apart.contains(&[*key_b, *key_a]) {
                     continue;
                 }
                 let factor = self.rules.factor(&a.tags, &b.tags);
                 if factor == 0.0 {
                     continue;
                 }
-                let [one, other] = [a, b].map(|body| outline_for(body, factor));
+                let [one, other] = [a, b].map(|body| match (a.fixed, b.fixed) {
+                    (true, true) => Cow::Owned(body.outline.with_ends()),
+                    _ => outline_for(body, factor),
+                });
                 let gap = smallest_gap((&one, at_a), (&other, at_b), self.sides);
                 let bound = self.gap_bound(&one, &other) + error_a + error_b;
                 worst = worst.max(-gap / bound);
@@ -375,8 +600,7 @@ impl Watcher {
                 continue;
             };
             let tracked = tracked.clone();
-            let drag = self.rules.drag;
-            let found = BodyState::new(&body.motion, time, drag);
+            let found = self.state(&body.motion, time, tracked.fixed);
             let placed = tracked.state.at(time, self.sides);
             let error = self.error(&tracked, time);
             let off = distance_in_box(found.place, placed.place, self.sides);
@@ -403,10 +627,26 @@ impl Watcher {
         self.compare_sums(view);
     }
 
-    /// Compares velocity and spin with those after the last event: equal without drag, and to
-    /// rounding with it.
+    /// Compares velocity and spin with those that follow from the last event: equal for uniform
+    /// motion, and to rounding for other motions.
     fn compare_velocity(&mut self, body: &Tracked, found: &BodyState, id: u64) {
         let state = &body.state;
+        if self.rules.drag == 0.0 && !state.is_uniform() {
+            let expected = state.velocity_at(found.time);
+            let off = length(along(found.velocity, -1.0, expected));
+            let allowed = self.velocity_error(body, found.time);
+            self.report.keep_worst("driven/bound", off / allowed);
+            if exceeds(off, allowed) || found.spin != state.spin {
+                self.report.fail(
+                    "velocity",
+                    format!(
+                        "velocity {:?} of {id} deviates by {off:e} from {expected:?}, allowed {allowed:e}",
+                        found.velocity
+                    ),
+                );
+            }
+            return;
+        }
         if self.rules.drag == 0.0 {
             if found.velocity != state.velocity || found.spin != state.spin {
                 self.report.fail(
@@ -438,9 +678,10 @@ impl Watcher {
         }
     }
 
-    /// The number of epochs, each of which adds roundings to all sums if there is a drag.
-    fn epochs_with_drag(&self) -> f64 {
-        if self.rules.drag == 0.0 {
+    /// The number of epochs, each of which adds roundings to all sums if there is a drag or a
+    /// gravity.
+    fn rounding_epochs(&self) -> f64 {
+        if self.rules.drag == 0.0 && self.rules.gravity == [0.0; 2] {
             0.0
         } else {
             self.epochs as f64
@@ -451,18 +692,43 @@ impl Watcher {
         let ledger = view.ledger();
         self.keep_largest_entry(view);
         let scale = self.largest_entry.max(self.largest_energy);
-        let epochs = self.epochs_with_drag();
+        let epochs = self.rounding_epochs();
         let allowed = 16.0 * f64::EPSILON * (self.entries + epochs) * scale;
         let resolved = scale > 1e-280;
-        let lost = ledger.lost - self.lost_before;
-        if resolved && exceeds((lost - self.lost).abs(), allowed) {
-            self.report.fail(
-                "ledger",
-                format!(
-                    "the ledger has a loss of {lost:e}, the reports of {:e}",
-                    self.lost
-                ),
-            );
+        let falls = self
+            .bodies
+            .values()
+            .map(|body| self.fall(body, view.time()));
+        let [fallen, fallen_error] = falls.fold(
+            [self.fallen, self.fallen_error],
+            |[sum, errors], [work, error]| [sum + work, errors + error],
+        );
+        for (name, entry, own, error) in [
+            (
+                "loss",
+                ledger.lost - self.lost_before,
+                self.lost,
+                self.work_error,
+            ),
+            (
+                "work",
+                ledger.work - self.work_before,
+                self.work,
+                self.work_error,
+            ),
+            (
+                "work of gravity",
+                ledger.fallen - self.fallen_before,
+                fallen,
+                fallen_error,
+            ),
+        ] {
+            if resolved && exceeds((entry - own).abs(), allowed + error) {
+                self.report.fail(
+                    "ledger",
+                    format!("the ledger has a {name} of {entry:e}, the reports of {own:e}"),
+                );
+            }
         }
         if resolved && exceeds((view.energy() - ledger.booked()).abs(), allowed) {
             self.report.fail(
@@ -483,11 +749,28 @@ impl Watcher {
                 format!("it is {:e}, that of the bodies {own:e}", view.energy()),
             );
         }
+        // Kinetic energy grows by the work of walls and of gravity, less the losses.
+        let given = self.work + fallen - self.lost;
+        let off = (own - self.energy_before - given).abs();
+        let allowed = allowed + rounding + 2.0 * self.work_error + fallen_error;
+        if resolved && self.rules.drag == 0.0 {
+            self.report.keep_worst("balance/bound", off / allowed);
+            if exceeds(off, allowed) {
+                self.report.fail(
+                    "balance",
+                    format!(
+                        "the energy grew from {:e} to {own:e} with {:e} from walls, {fallen:e} from gravity and a loss \
+                         of {:e}: {off:e} is missing, allowed {allowed:e}",
+                        self.energy_before, self.work, self.lost
+                    ),
+                );
+            }
+        }
         self.compare_momentum(view);
     }
 
     fn compare_momentum(&mut self, view: &View<'_>) {
-        let epochs = self.epochs_with_drag();
+        let epochs = self.rounding_epochs();
         if let Some((before, start)) = self.momentum {
             let now = self.total_momentum(view.time());
             let left = libm::exp(-self.rules.drag * view.time().since(start));
@@ -523,7 +806,7 @@ impl Watcher {
     ) -> (Placed, f64) {
         let placed = body.state.at(time, self.sides);
         let error = self.error(body, time);
-        let found = BodyState::new(&side.before, time, self.rules.drag);
+        let found = self.state(&side.before, time, body.fixed);
         let off = distance_in_box(found.place, placed.place, self.sides);
         let id = side.body.id();
         if exceeds(off, error) {
@@ -548,10 +831,19 @@ impl Watcher {
     /// Takes over the states of both bodies after a contact, and the largest energies.
     fn track(&mut self, contact: &CollisionReport<'_>) {
         for side in &contact.sides {
-            if let Some(tracked) = self.bodies.get_mut(&side.body.key()) {
+            let Some(known) = self.bodies.get(&side.body.key()) else {
+                continue;
+            };
+            let [fallen, error] = self.fall(known, contact.time);
+            let state = self.state(&side.after, contact.time, known.fixed);
+            self.fallen += fallen;
+            self.fallen_error += error;
+            // Contacts do not change an oscillation.
+            if let Some(tracked) = self.bodies.get_mut(&side.body.key())
+                && tracked.state.oscillation.is_none()
+            {
                 let (sides, epoch) = (self.sides, self.epochs);
                 // Positions are wrapped into the box, as at the start of every epoch.
-                let state = BodyState::new(&side.after, contact.time, self.rules.drag);
                 let placed = state.at(contact.time, sides);
                 tracked.state = BodyState {
                     place: placed.place,
@@ -584,6 +876,41 @@ impl Watcher {
         way > USED_UP * self.longer_side()
     }
 
+    /// The speed at which the guard separates a body at least from a fixed one on which it has
+    /// fallen: the share `contact_time` of that after a fall by its radius (length per time).
+    fn bounce(&self, contact: &CollisionReport<'_>) -> f64 {
+        let sides = || contact.sides.iter();
+        if !sides().any(|side| side.body.is_fixed()) {
+            return 0.0;
+        }
+        let bodies = sides().filter(|side| !side.body.is_wall());
+        let radii = bodies.map(|side| side.body.molecule().bounding_radius());
+        let diameter = 2.0 * radii.fold(f64::INFINITY, f64::min);
+        self.rules.elasticity.contact_time * (diameter * length(self.rules.gravity)).sqrt()
+    }
+
+    /// Returns true if gravity or the motion of a wall accelerates one of two surfaces.
+    fn is_accelerated(&self, contact: &CollisionReport<'_>) -> bool {
+        self.acceleration(contact, 0.0) > 0.0
+    }
+
+    /// Bound on the relative acceleration of two surfaces by gravity and by the motion of a wall
+    /// (length per time²).
+    fn acceleration(&self, contact: &CollisionReport<'_>, speed: f64) -> f64 {
+        let sides = contact.sides.iter();
+        let fixed =
+            sides.filter_map(|side| self.bodies.get(&side.body.key()).filter(|body| body.fixed));
+        let of_wall = |wall: &Tracked| {
+            let spin = wall.state.spin.abs();
+            let turning = spin * (2.0 * speed + spin * wall.outline.reach);
+            let oscillation = wall.state.oscillation;
+            turning + oscillation.map_or(0.0, |one| one.top_speed() * one.frequency)
+        };
+        fixed
+            .map(|wall| of_wall(wall) + length(self.rules.gravity))
+            .sum()
+    }
+
     /// Adds a contact to the log, for comparison with another scheduler.
     fn add_to_log(
         &mut self,
@@ -603,7 +930,28 @@ impl Watcher {
             approach: measured.approach,
             speed: measured.speed,
             distance: measured.distance,
+            acceleration: self.acceleration(contact, measured.speed),
         });
+    }
+}
+
+/// The motion that a wall is given.
+#[derive(Debug, Clone, Copy)]
+struct GivenMotion<'a> {
+    motion: &'a WallMotionSpec,
+    /// The middle of the wall before; `None` if it is not known (length).
+    middle: Option<BodyPair>,
+}
+
+impl Tracked {
+    /// The middle of a wall (length).
+    fn middle(&self, placed: Placed) -> BodyPair {
+        let middle = self.outline.edges.first().map(|edge| edge.middle);
+        along(
+            placed.place,
+            1.0,
+            rotated(middle.unwrap_or_default(), placed.rotation),
+        )
     }
 }
 
@@ -672,6 +1020,8 @@ impl Observer for Watcher {
             gap: self.gap_bound(&outlines[0], &outlines[1]),
             law: &law,
             guarded: self.rules.elasticity.contact_time > 0.0,
+            bounce: self.bounce(contact),
+            accelerated: self.is_accelerated(contact),
         };
         let body = |n: usize, placed: Placed, error: f64| contact::ContactBody {
             outline: &outlines[n],
@@ -681,7 +1031,12 @@ impl Observer for Watcher {
         let bodies = [body(0, at_a, error_a), body(1, at_b, error_b)];
         let measured = contact::check(contact, bodies, &rules, &mut self.report);
         self.lost += measured.lost;
-        self.largest_entry = self.largest_entry.max((self.lost_before + self.lost).abs());
+        self.work += measured.work;
+        self.work_error += measured.energy_error;
+        self.largest_entry = self
+            .largest_entry
+            .max((self.lost_before + self.lost).abs())
+            .max((self.work_before + self.work).abs());
         self.track(contact);
         self.add_to_log(contact, [at_a.place, at_b.place], &measured);
     }
