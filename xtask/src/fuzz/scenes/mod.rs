@@ -1,5 +1,7 @@
 //! Random scenes with edits, run by both schedulers and checked against independent kinematics.
 
+mod balance;
+mod bounds;
 pub mod case;
 pub mod contact;
 pub mod convex;
@@ -8,11 +10,14 @@ pub mod kinematics;
 pub mod laws;
 pub mod motions;
 pub mod oscillation;
+mod overlaps;
 pub mod rough;
 pub mod rules;
 pub mod run;
 pub mod schedulers;
 pub mod sided;
+mod states;
+mod tracked;
 pub mod vectors;
 pub mod watcher;
 

@@ -1,0 +1,176 @@
+//! The balance of energy and momentum: the ledger against the sum of all reports.
+
+use carom::engine::View;
+use carom_kinematics::EpochTime;
+use carom_testkit::oracle::Number as _;
+
+use super::{
+    kinematics::{BodyPair, dot, length},
+    tracked::{Tracked, energy},
+    watcher::Watcher,
+};
+use crate::fuzz::subject::exceeds;
+
+impl Watcher {
+    pub(super) fn keep_largest_entry(&mut self, view: &View<'_>) {
+        let ledger = view.ledger();
+        let entries = [
+            view.energy(),
+            ledger.initial,
+            ledger.lost,
+            ledger.put_in,
+            ledger.heat,
+            ledger.dragged,
+            ledger.work,
+            ledger.fallen,
+            // Sums of m g·x over all bodies, of which an entry is the difference.
+            self.total_mass() * length(self.rules.gravity) * self.longer_side(),
+        ];
+        self.largest_entry = entries
+            .into_iter()
+            .map(f64::abs)
+            .fold(self.largest_entry, f64::max);
+    }
+
+    /// The work of gravity on a body since its last report, and a bound on its error (mass ×
+    /// length² / time²).
+    pub(super) fn fall(&self, body: &Tracked, time: EpochTime) -> [f64; 2] {
+        let gravity = body.state.gravity;
+        if gravity == [0.0; 2] {
+            return [0.0; 2];
+        }
+        let way = body.state.displacement(time).map(|way| way.value());
+        let error = self.error(body, time) + 4.0 * f64::EPSILON * length(way);
+        [dot(gravity, way), length(gravity) * error].map(|work| body.mass * work)
+    }
+
+    /// The total momentum at a time after all events so far.
+    pub(super) fn total_momentum(&self, time: EpochTime) -> BodyPair {
+        let sum = |axis: usize| {
+            self.bodies
+                .values()
+                .map(|body| body.mass * body.state.velocity[axis] * body.state.slowing(time))
+                .sum::<f64>()
+        };
+        [sum(0), sum(1)]
+    }
+
+    /// The number of epochs, each of which adds roundings to all sums if there is a drag or a
+    /// gravity.
+    pub(super) fn rounding_epochs(&self) -> f64 {
+        if self.rules.drag == 0.0 && self.rules.gravity == [0.0; 2] {
+            0.0
+        } else {
+            self.epochs as f64
+        }
+    }
+
+    pub(super) fn compare_sums(&mut self, view: &View<'_>) {
+        let ledger = view.ledger();
+        self.keep_largest_entry(view);
+        let scale = self.largest_entry.max(self.largest_energy);
+        let epochs = self.rounding_epochs();
+        let allowed = 16.0 * f64::EPSILON * (self.entries + epochs) * scale;
+        let resolved = scale > 1e-280;
+        let falls = self
+            .bodies
+            .values()
+            .map(|body| self.fall(body, view.time()));
+        let [fallen, fallen_error] = falls.fold(
+            [self.fallen, self.fallen_error],
+            |[sum, errors], [work, error]| [sum + work, errors + error],
+        );
+        for (name, entry, own, error) in [
+            (
+                "loss",
+                ledger.lost - self.lost_before,
+                self.lost,
+                self.work_error,
+            ),
+            (
+                "work",
+                ledger.work - self.work_before,
+                self.work,
+                self.work_error,
+            ),
+            (
+                "work of gravity",
+                ledger.fallen - self.fallen_before,
+                fallen,
+                fallen_error,
+            ),
+        ] {
+            if resolved && exceeds((entry - own).abs(), allowed + error) {
+                self.report.fail(
+                    "ledger",
+                    format!("the ledger has a {name} of {entry:e}, the reports of {own:e}"),
+                );
+            }
+        }
+        if resolved && exceeds((view.energy() - ledger.booked()).abs(), allowed) {
+            self.report.fail(
+                "ledger",
+                format!(
+                    "the energy is {:e}, the ledger has {:e}",
+                    view.energy(),
+                    ledger.booked()
+                ),
+            );
+        }
+        // The motions of the view have been compared one by one.
+        let own: f64 = view.bodies().map(|body| energy(&body)).sum();
+        let rounding = 16.0 * f64::EPSILON * (16.0 + view.len() as f64) * own;
+        if resolved && exceeds((view.energy() - own).abs(), rounding) {
+            self.report.fail(
+                "energy of the view",
+                format!("it is {:e}, that of the bodies {own:e}", view.energy()),
+            );
+        }
+        // Kinetic energy grows by the work of walls and of gravity, less the losses.
+        let given = self.work + fallen - self.lost;
+        let off = (own - self.energy_before - given).abs();
+        let allowed = allowed + rounding + 2.0 * self.work_error + fallen_error;
+        if resolved && self.rules.drag == 0.0 {
+            self.report.keep_worst("balance/bound", off / allowed);
+            if exceeds(off, allowed) {
+                self.report.fail(
+                    "balance",
+                    format!(
+                        "the energy grew from {:e} to {own:e} with {:e} from walls, {fallen:e} from gravity and a loss \
+                         of {:e}: {off:e} is missing, allowed {allowed:e}",
+                        self.energy_before, self.work, self.lost
+                    ),
+                );
+            }
+        }
+        self.compare_momentum(view);
+    }
+
+    pub(super) fn compare_momentum(&mut self, view: &View<'_>) {
+        let epochs = self.rounding_epochs();
+        if let Some((before, start)) = self.momentum {
+            let now = self.total_momentum(view.time());
+            let left = libm::exp(-self.rules.drag * view.time().since(start));
+            let before = before.map(|momentum| left * momentum);
+            let scale: f64 = self
+                .bodies
+                .values()
+                .map(|body| body.mass * length(body.state.velocity))
+                .sum::<f64>()
+                + length(before);
+            let contacts = self.contacts as f64 + epochs + 16.0;
+            let most = scale.max((2.0 * self.largest_energy * self.total_mass()).sqrt());
+            let off = length([now[0] - before[0], now[1] - before[1]]);
+            if exceeds(off, 16.0 * f64::EPSILON * contacts * most) {
+                self.report.fail(
+                    "total momentum",
+                    format!("it deviates by {off:e} of {most:e}"),
+                );
+            }
+        }
+    }
+
+    pub(super) fn total_mass(&self) -> f64 {
+        self.bodies.values().map(|body| body.mass).sum()
+    }
+}
