@@ -23,8 +23,8 @@ impl Watcher {
             ledger.dragged,
             ledger.work,
             ledger.fallen,
-            // Sums of m g·x over all bodies, of which an entry is the difference.
-            self.total_mass() * length(self.rules.gravity) * self.longer_side(),
+            // Sums of m a·x over all bodies, of which an entry is the difference.
+            self.largest_potential_energy(),
         ];
         self.largest_entry = entries
             .into_iter()
@@ -46,7 +46,12 @@ impl Watcher {
 
     /// The total momentum at a time after all events so far.
     pub(super) fn total_momentum(&self, time: EpochTime) -> BodyPair {
+        let axis_of = |body: &Tracked| body.piston.map(|piston| piston.stops.axis);
         let sum = |axis: usize| {
+            // Stops and forces change the momentum along the axis of a piston.
+            if self.bodies.values().any(|body| axis_of(body) == Some(axis)) {
+                return 0.0;
+            }
             self.bodies
                 .values()
                 .map(|body| body.mass * body.state.velocity[axis] * body.state.slowing(time))
@@ -55,10 +60,14 @@ impl Watcher {
         [sum(0), sum(1)]
     }
 
-    /// The number of epochs, each of which adds roundings to all sums if there is a drag or a
-    /// gravity.
+    /// The number of epochs, each of which adds roundings to all sums if there is a drag, a gravity
+    /// or a force.
     pub(super) fn rounding_epochs(&self) -> f64 {
-        if self.rules.drag == 0.0 && self.rules.gravity == [0.0; 2] {
+        let falls = self
+            .bodies
+            .values()
+            .any(|body| body.state.gravity != [0.0; 2]);
+        if self.rules.drag == 0.0 && !falls {
             0.0
         } else {
             self.epochs as f64
@@ -136,8 +145,9 @@ impl Watcher {
                 self.report.fail(
                     "balance",
                     format!(
-                        "the energy grew from {:e} to {own:e} with {:e} from walls, {fallen:e} from gravity and a loss \
-                         of {:e}: {off:e} is missing, allowed {allowed:e}",
+                        "the energy grew from {:e} to {own:e} with {:e} from walls, {fallen:e} from \
+                         gravity and forces and a loss of {:e}: {off:e} is missing, allowed \
+                         {allowed:e}",
                         self.energy_before, self.work, self.lost
                     ),
                 );
@@ -170,7 +180,17 @@ impl Watcher {
         }
     }
 
-    pub(super) fn total_mass(&self) -> f64 {
-        self.bodies.values().map(|body| body.mass).sum()
+    /// The mass of all bodies that are not fixed.
+    fn total_mass(&self) -> f64 {
+        let free = self.bodies.values().filter(|body| !body.fixed);
+        free.map(|body| body.mass).sum()
+    }
+
+    /// The sum over all bodies of the work of their accelerations along the longer side (mass ×
+    /// length² / time²).
+    fn largest_potential_energy(&self) -> f64 {
+        let free = self.bodies.values().filter(|body| !body.fixed);
+        let forces = free.map(|body| body.mass * length(body.state.gravity));
+        forces.sum::<f64>() * self.longer_side()
     }
 }

@@ -68,17 +68,23 @@ impl Watcher {
         } else {
             ROUNDINGS_OF_CLOCK
         };
-        let clock = times * (way(time) + way(body.state.time));
+        let mut clock = times * (way(time) + way(body.state.time));
+        if body.state.table.is_some() {
+            clock += 2.0 * speed * self.table_time_error(body) / f64::EPSILON;
+        }
         // Epochs start at double-double times, which do not resolve the motion of very fast bodies
         // at late times.
         let rim = speed + body.state.spin.abs() * body.outline.reach;
         let mut unresolved = RESOLUTION * time.to_f64().abs() * rim;
         if body.state.gravity != [0.0; 2] {
-            unresolved += self.velocity_error(body, time) * time.since(body.state.time).abs();
+            unresolved += self.velocity_error(body, time) * time.since(body.reported).abs();
         }
         // Each epoch of an oscillation begins at the place that its phase gives.
         let rounded = match &body.state.oscillation {
-            None => ROUNDINGS_PER_EPOCH * (epochs + 1.0) * self.longer_side(),
+            None => {
+                let steps = epochs + 1.0 + 2.0 * body.reflections.0;
+                ROUNDINGS_PER_EPOCH * steps * self.longer_side()
+            }
             Some(oscillation) => {
                 ROUNDINGS_PER_EPOCH * self.longer_side()
                     + ROUNDINGS_OF_PHASE * (epochs + 1.0) * length(oscillation.amplitude)
@@ -93,7 +99,8 @@ impl Watcher {
             + unresolved
     }
 
-    /// Bound on the error of a velocity that gravity or an oscillation changes (length per time).
+    /// Bound on the error of a velocity that gravity, a force or an oscillation changes (length per
+    /// time).
     pub(super) fn velocity_error(&self, body: &Tracked, time: EpochTime) -> f64 {
         let epochs = (self.epochs - body.epoch + 1) as f64;
         let state = &body.state;
@@ -105,7 +112,25 @@ impl Watcher {
             let falling = (gravity * self.longer_side()).sqrt();
             (state.top_speed(time) + falling, gravity, ROUNDINGS_OF_FALL)
         };
-        f64::EPSILON * roundings * epochs * speed + RESOLUTION * time.to_f64().abs() * acceleration
+        let (reflections, slowest) = body.reflections;
+        // A place that is off by a rounding changes the speed at a stop by that of the fall.
+        let of_stops = if reflections > 0.0 && acceleration > 0.0 {
+            let off = ROUNDINGS_PER_EPOCH * self.longer_side() * acceleration;
+            reflections * off / slowest.max(f64::MIN_POSITIVE)
+        } else {
+            0.0
+        };
+        f64::EPSILON * (roundings * (epochs + 2.0 * reflections) * speed + of_stops)
+            + RESOLUTION * time.to_f64().abs() * acceleration
+    }
+
+    /// Bound on the error of the times at which the velocity of a wall with a table changes (time).
+    pub(super) fn table_time_error(&self, wall: &Tracked) -> f64 {
+        let Some(table) = &wall.state.table else {
+            return 0.0;
+        };
+        let epochs = (self.epochs - wall.epoch + 1) as f64;
+        ROUNDINGS_OF_CLOCK * f64::EPSILON * epochs * table.period()
     }
 
     pub(super) fn gap_bound(&self, a: &BodyOutline, b: &BodyOutline) -> f64 {

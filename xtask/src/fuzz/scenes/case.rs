@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use carom::engine::{
-    BodyKey, EditError, ElasticityRule, ElasticitySpec, GravitySpec, MoleculeSpec, Rotation, Scene,
-    TransparentSpec, View, WallMotionSpec, WallSpec,
+    Body, BodyKey, EditError, ElasticityRule, ElasticitySpec, GravitySpec, MoleculeSpec,
+    PistonSpec, Rotation, Scene, TransparentSpec, View, WallMotionSpec, WallSpec,
 };
 use carom_methods::AnySimulation;
 use serde::{Deserialize, Serialize};
@@ -65,6 +65,8 @@ pub enum CaseEdit {
     MoveWall(usize, Box<WallMotionSpec>),
     /// Sets the gravity (length per time²).
     Gravity([f64; 2]),
+    /// Sets the force on a piston (mass × length / time²). Pistons are numbered like bodies.
+    Push(usize, f64),
 }
 
 impl CaseEdit {
@@ -124,6 +126,10 @@ impl CaseEdit {
                 simulation.edit(|batch| batch.move_wall(key, motion))
             }
             Self::Gravity(gravity) => simulation.set_gravity(*gravity),
+            Self::Push(index, force) => {
+                let key = piston(&simulation.view(), *index);
+                simulation.edit(|batch| batch.push_piston(key, *force))
+            }
         }
     }
 }
@@ -141,17 +147,30 @@ impl SceneCase {
         variants.remove_roughness();
         variants.remove_pairs();
         variants.remove_motions();
+        variants.remove_pistons();
         variants.simplify_molecules();
         variants.list
     }
 }
 
-/// The wall of a number, modulo their number; the handle of no body if there is none.
+/// The wall of a number, modulo their number without pistons; the handle of no body if there is
+/// none.
 fn wall(view: &View<'_>, index: usize) -> BodyKey {
-    let walls = || view.bodies().filter(|body| body.body.is_wall());
-    let count = walls().count().max(1);
-    let found = walls().nth(index % count);
-    found.map(|wall| wall.body.key()).unwrap_or_default()
+    numbered(view, index, |body| body.is_wall() && !body.is_piston())
+}
+
+/// The piston of a number, modulo their number; the handle of no body if there is none.
+pub fn piston(view: &View<'_>, index: usize) -> BodyKey {
+    numbered(view, index, Body::is_piston)
+}
+
+/// The body of a number among those of a kind, modulo their number.
+fn numbered(view: &View<'_>, index: usize, is_meant: impl Fn(&Body) -> bool) -> BodyKey {
+    let keys = view.bodies().filter(|body| is_meant(body.body));
+    let keys: Vec<BodyKey> = keys.map(|body| body.body.key()).collect();
+    keys.get(index % keys.len().max(1))
+        .copied()
+        .unwrap_or_default()
 }
 
 /// Changed copies of a case.
@@ -306,6 +325,16 @@ impl Variants<'_> {
             with(|motion| motion.turn = 0.0);
             with(|motion| motion.about = None);
             with(|motion| motion.phase = 0.0);
+            with(|motion| motion.repeat = false);
+            with(|motion| {
+                motion.times.pop();
+                motion.places.pop();
+            });
+            with(|motion| {
+                let places = motion.places.iter_mut().flatten();
+                let numbers = motion.times.iter_mut().chain(places);
+                numbers.for_each(|number| *number = shortened(*number, 1));
+            });
             with(|motion| {
                 let pairs = [&mut motion.velocity, &mut motion.amplitude];
                 let single = [&mut motion.turn, &mut motion.frequency, &mut motion.phase];
@@ -314,6 +343,30 @@ impl Variants<'_> {
                 }
             });
             with(|motion| motion.about = motion.about.map(|at| at.map(|x| shortened(x, 1))));
+        }
+    }
+
+    /// Fewer and simpler pistons.
+    fn remove_pistons(&mut self) {
+        for index in 0..self.original.scene.piston.len() {
+            self.with(|case| {
+                case.scene.piston.remove(index);
+            });
+            let mut with = |change: fn(&mut PistonSpec)| {
+                self.with(|case| change(&mut case.scene.piston[index]));
+            };
+            with(|piston| piston.force = 0.0);
+            with(|piston| piston.velocity = 0.0);
+            with(|piston| piston.radius = 0.0);
+            with(|piston| piston.tags.clear());
+            with(|piston| {
+                let numbers = [&mut piston.mass, &mut piston.force, &mut piston.velocity];
+                let optional = [&mut piston.x, &mut piston.y].into_iter().flatten();
+                let stops = piston.stops.iter_mut().flatten();
+                let all = numbers.into_iter().chain(optional).chain(stops);
+                all.chain([&mut piston.radius])
+                    .for_each(|number| *number = shortened(*number, 1));
+            });
         }
     }
 
@@ -377,6 +430,7 @@ pub fn drop_unknown_pairs(scene: &mut Scene) {
     let known: BTreeSet<String> = of_molecules
         .chain(scene.bumper.iter().map(|spec| &spec.tags))
         .chain(scene.wall.iter().map(|spec| &spec.tags))
+        .chain(scene.piston.iter().map(|spec| &spec.tags))
         .chain(scene.gas.iter().map(|spec| &spec.tags))
         .flatten()
         .cloned()

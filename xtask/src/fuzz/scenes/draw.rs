@@ -12,6 +12,7 @@ use super::{
     kinematics::{BodyOutline, BodyPair, Placed, along, for_each_image, length},
     laws::SceneRules,
     motions::{self, scale_motion},
+    pistons::{self, PistonRoom},
     rules::{self, DISC_TAGS, Features, TAGS, elasticity, scale_elasticity, tags},
     sided::{ellipse_body, ellipse_gas, sided_body, sided_gas},
 };
@@ -296,6 +297,11 @@ impl Sketch {
         };
         let tags = spec.tags.clone();
         self.scene.wall.push(spec);
+        self.add_standing_wall(wall, middle, tags);
+    }
+
+    /// Keeps the place of a wall or piston with its middle there (length).
+    fn add_standing_wall(&mut self, wall: Molecule, middle: BodyPair, tags: Vec<String>) {
         self.standing.push(Standing {
             tags,
             outline: BodyOutline::new(&wall),
@@ -305,6 +311,50 @@ impl Sketch {
                 rotation: [1.0, 0.0],
             },
         });
+    }
+
+    /// A wall with end points that is short enough to turn.
+    fn turning_wall(&mut self, draw: &mut FuzzDraw) {
+        let from = self.anywhere(draw);
+        let size = draw.scale(0.05, 0.9) * self.sides[0].min(self.sides[1]);
+        let to = along(from, size, draw.direction().to_array());
+        let spec = WallSpec {
+            from: Some(from),
+            to: Some(to),
+            ..WallSpec::default()
+        };
+        let Ok(wall) = Molecule::wall(DVec2::from(to) - DVec2::from(from), spec.radius) else {
+            return;
+        };
+        self.scene.wall.push(spec);
+        let middle = along(from, 0.5, along(to, -1.0, from));
+        self.add_standing_wall(wall, middle, vec![]);
+    }
+
+    /// Pistons along one axis, between the walls of the scene.
+    fn pistons(&mut self, draw: &mut FuzzDraw) {
+        let axis = draw.index(2);
+        for _ in 0..self.features.pistons {
+            let room = PistonRoom {
+                axis,
+                sides: self.sides,
+                scene: &self.scene,
+                tags: tags(draw, false, self.features),
+            };
+            let Some(spec) = room.piston(draw) else {
+                continue;
+            };
+            let mut half = [0.0; 2];
+            half[1 - axis] = 0.5 * self.sides[1 - axis];
+            let Ok(wall) = Molecule::wall(2.0 * DVec2::from(half), spec.radius) else {
+                continue;
+            };
+            let mut middle = half;
+            middle[axis] = spec.x.or(spec.y).unwrap_or_default();
+            let tags = spec.tags.clone();
+            self.scene.piston.push(spec);
+            self.add_standing_wall(wall, middle, tags);
+        }
     }
 
     /// Smallest gap to the body's own images and to all placed bodies that see it. A body inside
@@ -386,9 +436,12 @@ impl Sketch {
             }
         }
         if self.features.turns() {
-            self.wall_across(draw, None, WallSpec::default());
+            self.turning_wall(draw);
         } else if self.scene.wall.is_empty() && !self.features.motions().is_empty() {
             self.wall(draw);
+        }
+        if self.features.pistons > 0 {
+            self.pistons(draw);
         }
         let count = match class {
             "long run of few" => draw.integer(2, 3),
@@ -579,6 +632,14 @@ fn edit(draw: &mut FuzzDraw, sketch: &Sketch) -> CaseEdit {
         let factor = draw.one_of(&[0.0, 0.5, -1.0]);
         return CaseEdit::Gravity(features.gravity.map(|g| factor * g));
     }
+    if !sketch.scene.piston.is_empty() && draw.happens(0.25) {
+        let force = if draw.happens(0.3) {
+            0.0
+        } else {
+            pistons::force(draw, 1.0)
+        };
+        return CaseEdit::Push(body, force);
+    }
     let tag = |draw: &mut FuzzDraw| {
         let own = features.pairs && draw.happens(0.3);
         draw.one_of(if own { &DISC_TAGS[..] } else { &TAGS })
@@ -631,8 +692,8 @@ fn edit(draw: &mut FuzzDraw, sketch: &Sketch) -> CaseEdit {
 fn scale(draw: &mut FuzzDraw, case: &mut SceneCase) {
     // Accelerations are refused beyond 10⁻⁶⁰ and 10⁶⁰.
     let scene = &case.scene;
-    let accelerates =
-        !scene.gravity.is_none() || scene.wall.iter().any(|wall| wall.motion.is_some());
+    let moves = scene.wall.iter().any(|wall| wall.motion.is_some());
+    let accelerates = !scene.gravity.is_none() || moves || !scene.piston.is_empty();
     let [length, speed, mass] = if draw.happens(0.5) {
         [0, 0, 0]
     } else if accelerates {
@@ -658,6 +719,7 @@ fn scale(draw: &mut FuzzDraw, case: &mut SceneCase) {
                 CaseEdit::AddWall(spec) => scale_wall(spec, length, speed),
                 CaseEdit::MoveWall(_, motion) => scale_motion(motion, length, speed),
                 CaseEdit::Gravity(gravity) => *gravity = gravity.map(|g| g * (speed / time)),
+                CaseEdit::Push(_, force) => *force *= mass * (speed / time),
                 CaseEdit::Elasticity(spec) => scale_elasticity(spec, speed, mass),
                 CaseEdit::Drag(drag) => *drag /= time,
                 _ => {}
@@ -678,6 +740,10 @@ fn scale_scene(scene: &mut Scene, length: f64, speed: f64, mass: f64) {
         .wall
         .iter_mut()
         .for_each(|spec| scale_wall(spec, length, speed));
+    scene
+        .piston
+        .iter_mut()
+        .for_each(|spec| pistons::scale_piston(spec, length, speed, mass));
     let gravity = &mut scene.gravity.acceleration;
     *gravity = gravity.map(|g| g * (speed * speed / length));
     for bumper in &mut scene.bumper {

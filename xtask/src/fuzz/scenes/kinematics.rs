@@ -13,6 +13,8 @@ pub use super::vectors::{BodyPair, along, cross, dot, length, rotated};
 use super::{
     convex::{ConvexPart, OutlineEllipse, farthest_tangents},
     oscillation::WallOscillation,
+    stops::{PistonStops, ReflectedFlight},
+    table_path::TablePath,
 };
 
 /// A body's state at some time.
@@ -30,10 +32,15 @@ pub struct BodyState {
     pub spin: f64,
     /// Drag γ, with which velocity and spin fall as exp(−γ t) (1 / time).
     pub drag: f64,
-    /// Acceleration by gravity (length per time²); excludes a drag.
+    /// Acceleration by gravity, and of a piston by its force (length per time²); excludes a drag.
     pub gravity: BodyPair,
     /// The oscillation of a wall, from a time at which it was at `place`; excludes all others.
     pub oscillation: Option<WallOscillation>,
+    /// The path of a wall with a table, from a time at which it was at `place`; excludes all
+    /// others.
+    pub table: Option<TablePath>,
+    /// The stops of a piston.
+    pub stops: Option<PistonStops>,
 }
 
 /// Placement of a body at one time.
@@ -164,12 +171,15 @@ impl BodyState {
             drag,
             gravity: [0.0; 2],
             oscillation: None,
+            table: None,
+            stops: None,
         }
     }
 
     /// Returns true if velocity and spin do not change.
     pub fn is_uniform(&self) -> bool {
-        self.drag == 0.0 && self.gravity == [0.0; 2] && self.oscillation.is_none()
+        let is_driven = self.oscillation.is_some() || self.table.is_some() || self.stops.is_some();
+        self.drag == 0.0 && self.gravity == [0.0; 2] && !is_driven
     }
 
     /// The time that a body without drag needs for the path of this one until `time`:
@@ -204,11 +214,22 @@ impl BodyState {
     #[must_use]
     pub fn reversed(&self, time: EpochTime) -> Self {
         let back = |velocity: f64| -velocity;
-        Self {
+        let reversed = Self {
             velocity: self.velocity.map(back),
             spin: -self.spin,
             oscillation: self.oscillation.map(|one| one.reversed(time)),
             ..*self
+        };
+        let Some(table) = &self.table else {
+            return reversed;
+        };
+        // The path of a table goes on from here.
+        let way = table.displacement(time).map(|way| way.value());
+        Self {
+            time,
+            place: along(self.place, 1.0, way),
+            table: Some(table.reversed(time)),
+            ..reversed
         }
     }
 
@@ -216,6 +237,17 @@ impl BodyState {
     pub fn displacement(&self, time: EpochTime) -> [DoubleDouble; 2] {
         if let Some(oscillation) = &self.oscillation {
             return oscillation.displacement(time);
+        }
+        if let Some(table) = &self.table {
+            return table.displacement(time);
+        }
+        if self.stops.is_some() {
+            let after = ReflectedFlight::until(self, time).state;
+            let onwards = after.unreflected().displacement(time);
+            return [0, 1].map(|axis| {
+                let [from, to] = [self, &after].map(|one| DoubleDouble::new(one.place[axis]));
+                to.minus(&from).plus(&onwards[axis])
+            });
         }
         let duration = self.time_of_path(time);
         [0, 1].map(|axis| {
@@ -233,6 +265,13 @@ impl BodyState {
         if let Some(oscillation) = &self.oscillation {
             return oscillation.velocity(time);
         }
+        if let Some(table) = &self.table {
+            return table.velocity(time);
+        }
+        if self.stops.is_some() {
+            let after = ReflectedFlight::until(self, time).state;
+            return after.unreflected().velocity_at(time);
+        }
         if self.drag != 0.0 {
             let left = self.slowing(time);
             return self.velocity.map(|velocity| left * velocity);
@@ -246,8 +285,35 @@ impl BodyState {
 
     /// The highest speed until `time` (length per time).
     pub fn top_speed(&self, time: EpochTime) -> f64 {
-        let oscillation = self.oscillation.map(|oscillation| oscillation.top_speed());
-        oscillation.unwrap_or_else(|| length(self.velocity).max(length(self.velocity_at(time))))
+        if let Some(oscillation) = &self.oscillation {
+            return oscillation.top_speed();
+        }
+        if let Some(table) = &self.table {
+            return table.top_speed();
+        }
+        if let Some(PistonStops { ends, .. }) = self.stops {
+            // Between its stops a piston gains at most this energy by its acceleration.
+            let gained = 2.0 * length(self.gravity) * (ends[1] - ends[0]);
+            return length(self.velocity).hypot(gained.sqrt());
+        }
+        length(self.velocity).max(length(self.velocity_at(time)))
+    }
+
+    /// The state of a piston as if it had no stops, which pressed against one stays.
+    fn unreflected(&self) -> Self {
+        let mut state = Self {
+            stops: None,
+            ..*self
+        };
+        if let Some(PistonStops { axis, ends }) = self.stops {
+            let [place, acceleration] = [self.place[axis], self.gravity[axis]];
+            let is_pressed = (place <= ends[0] && acceleration < 0.0)
+                || (place >= ends[1] && acceleration > 0.0);
+            if is_pressed && self.velocity[axis] == 0.0 {
+                state.gravity[axis] = 0.0;
+            }
+        }
+        state
     }
 
     /// Placement at another time without events in between, in a box of these sides.
@@ -756,6 +822,8 @@ mod tests {
             drag: 0.0,
             gravity: [0.0; 2],
             oscillation: None,
+            table: None,
+            stops: None,
         };
         let later = state.at(
             EpochTime::from(1e12).new_epoch(1e6).after(0.125),
@@ -776,6 +844,8 @@ mod tests {
             drag,
             gravity: [0.0; 2],
             oscillation: None,
+            table: None,
+            stops: None,
         };
         for decay in [1e-9, 1e-3, 0.3, 2.0, 9.0f64] {
             let state = state(0.5 * decay);

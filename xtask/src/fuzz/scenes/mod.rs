@@ -11,21 +11,27 @@ pub mod laws;
 pub mod motions;
 pub mod oscillation;
 mod overlaps;
+pub mod pistons;
 pub mod rough;
 pub mod rules;
 pub mod run;
 pub mod schedulers;
 pub mod sided;
 mod states;
+pub mod stops;
+pub mod table_path;
 mod tracked;
 pub mod vectors;
 pub mod watcher;
 
 use anyhow::Result;
-use carom::engine::{CellsPerSide, Checkpoint, CheckpointError, Instructions, Scene, SceneError};
+use carom::engine::{
+    CellsPerSide, Checkpoint, CheckpointError, Instructions, Scene, SceneError, WallMotionSpec,
+};
+use carom_kinematics::EpochTime;
 use carom_methods::{AnySimulation, Method, Order};
 
-use self::{case::SceneCase, run::Seams, schedulers::Scales};
+use self::{case::SceneCase, run::Seams, schedulers::Scales, table_path::TablePath};
 use super::subject::{Report, Subject, read_toml, write_toml};
 
 /// The fuzzer of the engine.
@@ -151,12 +157,20 @@ fn scales(scene: &Scene, case: &SceneCase, whole: bool) -> Scales {
         .molecule
         .iter()
         .map(|molecule| molecule.velocity[0].hypot(molecule.velocity[1]));
-    let motions = scene.wall.iter().filter_map(|wall| wall.motion.as_ref());
-    let of_walls = motions.map(|motion| {
+    let of_walls = motions_of(scene).map(|motion| {
         let [way, velocity] = [motion.amplitude, motion.velocity].map(vectors::length);
         velocity + motion.turn.abs() * side + motion.frequency * way
     });
+    let of_tables = motions_of(scene).filter_map(|motion| {
+        let path = TablePath::new(motion, EpochTime::ZERO)?;
+        Some(path.top_speed())
+    });
+    let of_pistons = scene.piston.iter().map(|piston| {
+        let gained = 2.0 * (piston.force / piston.mass).abs() * side;
+        piston.velocity.hypot(gained.sqrt())
+    });
     let of_fall = (vectors::length(scene.gravity.acceleration) * side).sqrt();
+    let of_walls = of_walls.chain(of_tables).chain(of_pistons);
     let fastest = speeds.chain(of_walls).fold(of_fall, f64::max);
     // In this scene bodies rotate without translation.
     let speed = if fastest > 0.0 {
@@ -170,6 +184,11 @@ fn scales(scene: &Scene, case: &SceneCase, whole: bool) -> Scales {
         speed,
         end: if whole { duration } else { 0.0 },
     }
+}
+
+/// The motions of the walls of a scene at its start.
+fn motions_of(scene: &Scene) -> impl Iterator<Item = &WallMotionSpec> {
+    scene.wall.iter().filter_map(|wall| wall.motion.as_ref())
 }
 
 #[cfg(test)]

@@ -2,7 +2,10 @@
 
 use carom::engine::{Scene, WallMotionSpec, WallSpec};
 
-use super::vectors::{BodyPair, along, length};
+use super::{
+    table_path::MAX_PLACES,
+    vectors::{BodyPair, along, length},
+};
 use crate::fuzz::random::FuzzDraw;
 
 /// Largest phase that an oscillation passes in a case (radians): each epoch passes a few.
@@ -17,6 +20,8 @@ pub enum MotionKind {
     Turning,
     /// An oscillation.
     Oscillating,
+    /// Through the places of a table.
+    Table,
 }
 
 /// Gives walls of a scene motions of these kinds during a case of this duration (time).
@@ -31,15 +36,25 @@ pub fn move_walls(draw: &mut FuzzDraw, scene: &mut Scene, kinds: &[MotionKind], 
     let stands = scene.bumper.is_empty() && !scene.molecule.iter().any(|spec| spec.fixed);
     let is_alone = stands && scene.wall.len() == 1;
     let kind = draw.one_of(kinds);
-    let has_common = kind != MotionKind::Turning && draw.happens(0.3);
+    let turns = kinds.contains(&MotionKind::Turning);
+    let has_common = !turns && draw.happens(0.3);
     let common = has_common.then(|| motion(draw, kind, sides, duration, !stands));
     for index in 0..scene.wall.len() {
-        // The last wall, which has end points if some walls turn, moves in any case.
-        if index + 1 < scene.wall.len() && common.is_none() && draw.happens(0.4) {
+        // A piston excludes walls that move along its axis, or that have end points.
+        if !is_beside_pistons(scene, &scene.wall[index]) {
+            continue;
+        }
+        // The last wall moves in any case; if some walls turn, it has end points and turns.
+        let is_last = index + 1 == scene.wall.len();
+        if !is_last && common.is_none() && draw.happens(0.4) {
             continue;
         }
         let motion = common.clone().unwrap_or_else(|| {
-            let kind = draw.one_of(kinds);
+            let kind = if is_last && turns {
+                MotionKind::Turning
+            } else {
+                draw.one_of(kinds)
+            };
             let mut given = motion(draw, kind, sides, duration, !is_alone);
             if kind == MotionKind::Turning {
                 turn(draw, &scene.wall[index], sides, duration, &mut given);
@@ -48,6 +63,15 @@ pub fn move_walls(draw: &mut FuzzDraw, scene: &mut Scene, kinds: &[MotionKind], 
         });
         scene.wall[index].motion = Some(motion);
     }
+}
+
+/// Returns true if a wall may move beside the pistons of a scene: if there are none, or if it
+/// lies across the box along their axis.
+fn is_beside_pistons(scene: &Scene, wall: &WallSpec) -> bool {
+    scene.piston.iter().all(|piston| match piston.x {
+        Some(_) => wall.y.is_some(),
+        None => wall.x.is_some(),
+    })
 }
 
 /// A motion of a kind; in a box with other fixed bodies, `crowded`, one of a short way.
@@ -85,6 +109,39 @@ pub fn motion(
                 ..WallMotionSpec::default()
             }
         }
+        MotionKind::Table => {
+            let most = if crowded { 0.1 } else { 0.5 };
+            let way = draw.scale(1e-3, most) * shorter;
+            table(draw, of_size(way), speed.min(way / (0.01 * duration)))
+        }
+    }
+}
+
+/// A table of places along a way (length), which the wall passes at up to this speed; in some
+/// pieces it is at rest.
+fn table(draw: &mut FuzzDraw, way: BodyPair, speed: f64) -> WallMotionSpec {
+    let count = draw.integer(2, MAX_PLACES as i64) as usize;
+    let (mut times, mut places) = (vec![0.0], vec![[0.0; 2]]);
+    for index in 1..count {
+        let (time, place) = (times[index - 1], places[index - 1]);
+        let returns = index + 1 == count && draw.happens(0.6);
+        let next = match draw.index(5) {
+            _ if returns => [0.0; 2],
+            0 => place,
+            _ => {
+                let share = draw.between(-1.0, 1.0);
+                way.map(|way| share * way)
+            }
+        };
+        let lasts = length(along(next, -1.0, place)).max(0.1 * length(way)) / speed;
+        times.push(time + draw.between(1.0, 3.0) * lasts);
+        places.push(next);
+    }
+    WallMotionSpec {
+        times,
+        places,
+        repeat: draw.happens(0.5),
+        ..WallMotionSpec::default()
     }
 }
 
@@ -138,4 +195,10 @@ pub fn scale_motion(motion: &mut WallMotionSpec, length: f64, speed: f64) {
     motion.about = motion.about.map(|at| at.map(|x| x * length));
     motion.amplitude = motion.amplitude.map(|a| a * length);
     motion.frequency *= speed / length;
+    for time in &mut motion.times {
+        *time *= length / speed;
+    }
+    for place in &mut motion.places {
+        *place = place.map(|x| x * length);
+    }
 }

@@ -8,6 +8,7 @@ use carom_kinematics::EpochTime;
 use super::{
     bounds::ROUNDINGS_OF_CLOCK,
     kinematics::{Placed, smallest_gap},
+    stops::ReflectedFlight,
     tracked::{Tracked, outline_for},
     watcher::{RESOLUTION, Watcher},
 };
@@ -26,13 +27,15 @@ const MAX_WATCHED_BODIES: usize = 12;
 const CLOSE: f64 = 1e-5;
 
 impl Watcher {
-    /// The pairs of fixed bodies that are apart by more than rounding.
+    /// The pairs of fixed bodies and pistons that are apart by more than rounding.
     pub(super) fn fixed_pairs_apart(&self, time: EpochTime) -> BTreeSet<[BodyKey; 2]> {
         let mut apart = BTreeSet::new();
-        if !self.rules.moves_walls {
+        let has_pistons = self.bodies.values().any(|body| body.piston.is_some());
+        if !self.rules.moves_walls && !has_pistons {
             return apart;
         }
-        let fixed: Vec<_> = self.bodies.iter().filter(|(_, body)| body.fixed).collect();
+        let barriers = self.bodies.iter().filter(|(_, body)| body.is_barrier());
+        let fixed: Vec<_> = barriers.collect();
         for (index, (key, body)) in fixed.iter().enumerate() {
             for (earlier, other) in &fixed[..index] {
                 let gap = self.gap_of_fixed([other, body], 0.0, time);
@@ -85,14 +88,14 @@ impl Watcher {
         let (mut worst, mut deepest) = (0.0f64, None);
         for (index, (key_a, a, at_a, error_a)) in placed.iter().enumerate() {
             for (key_b, b, at_b, error_b) in &placed[..index] {
-                if a.fixed && b.fixed && !self.apart.contains(&[*key_b, *key_a]) {
+                if a.is_barrier() && b.is_barrier() && !self.apart.contains(&[*key_b, *key_a]) {
                     continue;
                 }
                 let factor = self.rules.factor(&a.tags, &b.tags);
                 if factor == 0.0 {
                     continue;
                 }
-                let [one, other] = [a, b].map(|body| match (a.fixed, b.fixed) {
+                let [one, other] = [a, b].map(|body| match (a.is_barrier(), b.is_barrier()) {
                     (true, true) => Cow::Owned(body.outline.with_ends()),
                     _ => outline_for(body, factor),
                 });
@@ -152,5 +155,30 @@ impl Watcher {
             }
         }
         self.last = time;
+        self.reflect_pistons(time);
+    }
+
+    /// Takes over the states of pistons after their last reflections before a time.
+    fn reflect_pistons(&mut self, time: EpochTime) {
+        let pistons = self.bodies.iter().filter(|(_, body)| body.piston.is_some());
+        let keys: Vec<BodyKey> = pistons.map(|(key, _)| *key).collect();
+        for key in keys {
+            let before = &self.bodies[&key];
+            let flight = ReflectedFlight::until(&before.state, time);
+            if flight.count == 0 {
+                continue;
+            }
+            let [fallen, error] = self.fall(before, flight.state.time);
+            self.fallen += fallen;
+            self.fallen_error += error;
+            self.report
+                .count("reflections at stops", flight.count.into());
+            if let Some(piston) = self.bodies.get_mut(&key) {
+                let (count, slowest) = piston.reflections;
+                let count = count + f64::from(flight.count);
+                piston.reflections = (count, slowest.min(flight.slowest));
+                piston.state = flight.state;
+            }
+        }
     }
 }

@@ -26,7 +26,9 @@ pub struct Features {
     /// There is a drag.
     pub drag: bool,
     /// The kinds of motions of walls; if some walls turn, there are no ellipses.
-    pub motions: [Option<MotionKind>; 3],
+    pub motions: [Option<MotionKind>; 4],
+    /// The largest number of pistons; with any, no walls turn.
+    pub pistons: usize,
     /// Acceleration by gravity (length per time²).
     pub gravity: BodyPair,
 }
@@ -40,14 +42,20 @@ impl Features {
         // A drag excludes the motions of walls and gravity; in a long run walls meet.
         let is_driven = !drag && class != "long run of few";
         let has_ellipses = class.starts_with("ellipses");
+        // The contacts of pistons are smooth.
+        let has_pistons = is_driven && !rough && draw.happens(0.3);
+        let pistons = if has_pistons { 1 + draw.index(3) } else { 0 };
         let motions = [
             MotionKind::Uniform,
             MotionKind::Turning,
             MotionKind::Oscillating,
+            MotionKind::Table,
         ]
         .map(|kind| {
-            let is_refused = has_ellipses && kind == MotionKind::Turning;
-            (is_driven && draw.happens(0.25) && !is_refused).then_some(kind)
+            let turns = kind == MotionKind::Turning;
+            let share = if turns { 0.35 } else { 0.2 };
+            let is_refused = (has_ellipses || has_pistons) && turns;
+            (is_driven && draw.happens(share) && !is_refused).then_some(kind)
         });
         let falls = is_driven && draw.happens(0.25);
         Self {
@@ -55,6 +63,7 @@ impl Features {
             pairs,
             drag,
             motions,
+            pistons,
             gravity: if falls { gravity(draw) } else { [0.0; 2] },
         }
     }

@@ -147,8 +147,8 @@ impl Judge {
             report.fail(
                 "schedulers differ",
                 format!(
-                    "only one of them has {contact:?}, where trajectories differ by {:e}; the next contact \
-                     of the other is {next:?}",
+                    "only one of them has {contact:?}, where trajectories differ by {:e}; the next \
+                     contact of the other is {next:?}",
                     self.deviation
                 ),
             );

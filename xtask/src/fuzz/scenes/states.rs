@@ -5,7 +5,8 @@ use carom_kinematics::EpochTime;
 
 use super::{
     bounds::{ROUNDINGS, ROUNDINGS_OF_DRAG},
-    kinematics::{BodyState, Placed, along, distance_in_box, length},
+    kinematics::{BodyPair, BodyState, Placed, along, distance_in_box, length},
+    stops::PistonStops,
     tracked::{GivenMotion, Tracked},
     watcher::Watcher,
 };
@@ -17,9 +18,11 @@ impl Watcher {
     pub(super) fn check_given(&mut self, wall: &Tracked, given: &GivenMotion<'_>, id: u64) {
         let GivenMotion { motion, middle } = given;
         let (state, time) = (&wall.state, wall.state.time);
-        let velocity = state
-            .oscillation
-            .map_or(motion.velocity, |oscillation| oscillation.velocity(time));
+        let velocity = match (&state.oscillation, &state.table) {
+            (Some(oscillation), _) => oscillation.velocity(time),
+            (_, Some(table)) => table.velocity(time),
+            _ => motion.velocity,
+        };
         let off = length(along(state.velocity, -1.0, velocity));
         let allowed = if state.oscillation.is_some() {
             self.velocity_error(wall, time)
@@ -43,7 +46,8 @@ impl Watcher {
             self.report.fail(
                 "motion of a wall",
                 format!(
-                    "the middle of wall {id} deviates by {of_middle:e} and its pivot by {of_pivot:e}"
+                    "the middle of wall {id} deviates by {of_middle:e} and its pivot by \
+                     {of_pivot:e}"
                 ),
             );
         }
@@ -63,7 +67,7 @@ impl Watcher {
                 continue;
             };
             let tracked = tracked.clone();
-            let found = self.state(&body.motion, time, tracked.fixed);
+            let found = self.state(&body.motion, time, &tracked);
             let placed = tracked.state.at(time, self.sides);
             let error = self.error(&tracked, time);
             let off = distance_in_box(found.place, placed.place, self.sides);
@@ -90,12 +94,40 @@ impl Watcher {
         self.compare_sums(view);
     }
 
+    /// The velocity of a body at a time, or that shortly before or after at which it changes, of
+    /// which the nearest to the one found counts (length per time).
+    fn velocity_near(&self, body: &Tracked, found: &BodyState) -> BodyPair {
+        let (state, time) = (&body.state, found.time);
+        let expected = state.velocity_at(time);
+        let mut others = Vec::new();
+        if let Some(table) = &state.table {
+            let off = self.table_time_error(body) + 2.0 * f64::EPSILON * time.offset().abs();
+            others.extend([-off, off].map(|off| table.velocity(time.after(off))));
+        }
+        if let Some(PistonStops { axis, ends }) = state.stops {
+            let place = state.at(time, self.sides).place[axis];
+            let error = 2.0 * self.error(body, time);
+            if ends.iter().any(|end| (place - end).abs() <= error) {
+                others.push(expected.map(|v| -v));
+            }
+        }
+        let off = |velocity: &BodyPair| length(along(found.velocity, -1.0, *velocity));
+        let nearest = |nearest: BodyPair, other: BodyPair| {
+            if off(&other) < off(&nearest) {
+                other
+            } else {
+                nearest
+            }
+        };
+        others.into_iter().fold(expected, nearest)
+    }
+
     /// Compares velocity and spin with those that follow from the last event: equal for uniform
     /// motion, and to rounding for other motions.
     pub(super) fn compare_velocity(&mut self, body: &Tracked, found: &BodyState, id: u64) {
         let state = &body.state;
         if self.rules.drag == 0.0 && !state.is_uniform() {
-            let expected = state.velocity_at(found.time);
+            let expected = self.velocity_near(body, found);
             let off = length(along(found.velocity, -1.0, expected));
             let allowed = self.velocity_error(body, found.time);
             self.report.keep_worst("driven/bound", off / allowed);
@@ -103,7 +135,8 @@ impl Watcher {
                 self.report.fail(
                     "velocity",
                     format!(
-                        "velocity {:?} of {id} deviates by {off:e} from {expected:?}, allowed {allowed:e}",
+                        "velocity {:?} of {id} deviates by {off:e} from {expected:?}, allowed \
+                         {allowed:e}",
                         found.velocity
                     ),
                 );
@@ -150,7 +183,7 @@ impl Watcher {
     ) -> (Placed, f64) {
         let placed = body.state.at(time, self.sides);
         let error = self.error(body, time);
-        let found = self.state(&side.before, time, body.fixed);
+        let found = self.state(&side.before, time, body);
         let off = distance_in_box(found.place, placed.place, self.sides);
         let id = side.body.id();
         if exceeds(off, error) {

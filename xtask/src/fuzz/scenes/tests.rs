@@ -1,7 +1,8 @@
 //! Tests of the scene fuzzer: it finds planted faults of a detector and of a response.
 
 use carom::engine::{
-    CellScheduler, HeapScheduler, MoleculeSpec, Restitution, Simulation, WallMotionSpec,
+    CellScheduler, HeapScheduler, MoleculeSpec, PistonSpec, Restitution, Simulation, TileUse,
+    TilesName,
 };
 use carom::response::{ContactFrame, Elasticity, Impact, Response};
 use carom_detection::{Answer, Contact, Detection, Exact, Outcome};
@@ -374,6 +375,70 @@ fn wrong_oscillations_are_found() {
 }
 
 #[test]
+fn wrong_tables_of_walls_are_found() {
+    let farther: fn(&mut WallMotionSpec) = |motion| {
+        for place in &mut motion.places {
+            *place = place.map(|x| x * (1.0 + 1e-9));
+        }
+    };
+    // The first velocity is right, and lasts longer.
+    let later: fn(&mut WallMotionSpec) = |motion| {
+        for time in motion.times.iter_mut().skip(2) {
+            *time *= 1.0 + 1e-6;
+        }
+    };
+    for (alter, kinds) in [
+        (farther, &["motion of a wall"][..]),
+        (later, &["velocity", "place", "overlap between events"]),
+    ] {
+        let kind = failure_where(&with_motions(alter), |case| {
+            has_wall(case, |motion| motion.times.len() > 2)
+        });
+        let kind = kind.expect("the fault is found");
+        assert!(kinds.contains(&&kind[..]), "{kind}");
+    }
+}
+
+#[test]
+fn wrong_pistons_are_found() {
+    let alterations: [fn(&mut PistonSpec); 4] = [
+        |piston| piston.force *= 1.0 + 1e-9,
+        |piston| piston.velocity *= 1.0 + 1e-9,
+        |piston| piston.mass *= 1.0 + 1e-9,
+        |piston| piston.stops = piston.stops.map(|[low, high]| [low, high * (1.0 - 1e-9)]),
+    ];
+    for (number, alter) in alterations.into_iter().enumerate() {
+        let altered = Altered(move |scene: &mut Scene| scene.piston.iter_mut().for_each(alter));
+        let kind = failure_where(&Scenes { parts: altered }, |case| {
+            !case.scene.piston.is_empty()
+        });
+        let kind = kind.unwrap_or_else(|| panic!("fault {number} is not found"));
+        let kinds = ["velocity", "place", "momentum", "ledger", "gap", "balance"];
+        assert!(kinds.contains(&&kind[..]), "{number}: {kind}");
+    }
+}
+
+#[test]
+fn systems_with_pistons_run_in_order_and_not_in_tiles() {
+    let method = Method {
+        tiles: TilesName::Always,
+        ..Method::default()
+    };
+    let cases = (0..400).map(|index| draw::draw(case_seed(7, index)));
+    let mut count = 0;
+    for case in cases.filter(|case| !case.scene.piston.is_empty()) {
+        let Ok(mut simulation) = AnySimulation::with(&case.scene, &method) else {
+            continue;
+        };
+        simulation.set_tiling(&method.tiling(2));
+        let used = simulation.tile_use();
+        assert!(!matches!(used, TileUse::Tiles(_)), "{used:?}");
+        count += u32::from(used == TileUse::Pistons);
+    }
+    assert!(count > 10, "{count}");
+}
+
+#[test]
 fn a_wrong_gravity_is_found() {
     let stronger = Altered(|scene: &mut Scene| {
         let gravity = &mut scene.gravity.acceleration;
@@ -388,10 +453,12 @@ fn a_wrong_gravity_is_found() {
 
 #[test]
 fn lost_and_late_contacts_of_driven_bodies_are_found() {
-    let is_driven: [fn(&SceneCase) -> bool; 3] = [
+    let is_driven: [fn(&SceneCase) -> bool; 5] = [
         |case| !case.scene.gravity.is_none(),
         |case| has_wall(case, |motion| motion.frequency > 0.0),
         |case| has_wall(case, |motion| motion.turn != 0.0),
+        |case| has_wall(case, |motion| !motion.times.is_empty()),
+        |case| !case.scene.piston.is_empty(),
     ];
     for is_meant in is_driven {
         for (one_in, late) in [(100, f64::INFINITY), (100, 1e-6)] {
@@ -573,33 +640,40 @@ fn most_scenes_can_be_built_and_have_contacts() {
     assert!(edits > 10, "{edits}");
 }
 
-/// Each new motion is in a share of the scenes, few of which are refused.
+/// A kind of scenes, and the least share of the scenes that are of this kind (percent).
+type Share = (fn(&SceneCase) -> bool, u64);
+
+/// Each motion is in a share of the scenes, few of which are refused.
 #[test]
 fn a_share_of_the_scenes_is_driven() {
-    let is_driven: [fn(&SceneCase) -> bool; 4] = [
-        |case| has_wall(case, |motion| motion.turn != 0.0),
-        |case| has_wall(case, |motion| motion.velocity != [0.0; 2]),
-        |case| has_wall(case, |motion| motion.frequency > 0.0),
-        |case| !case.scene.gravity.is_none(),
+    const SCENES: u64 = 400;
+    let is_driven: [Share; 6] = [
+        (|case| has_wall(case, |motion| motion.turn != 0.0), 15),
+        (
+            |case| has_wall(case, |motion| motion.velocity != [0.0; 2]),
+            10,
+        ),
+        (|case| has_wall(case, |motion| motion.frequency > 0.0), 10),
+        (|case| has_wall(case, |motion| !motion.times.is_empty()), 8),
+        (|case| !case.scene.gravity.is_none(), 10),
+        (|case| !case.scene.piston.is_empty(), 10),
     ];
-    let (mut drawn, mut refused) = ([0; 4], [0; 4]);
-    for index in 0..400 {
+    let (mut drawn, mut refused) = ([0; 6], [0; 6]);
+    for index in 0..SCENES {
         let case = draw::draw(case_seed(7, index));
         let order = Order::Heap(CellsPerSide::Automatic);
         let started = Sound.start(&case.scene, order);
-        for (kind, is_meant) in is_driven.iter().enumerate() {
+        for (kind, (is_meant, _)) in is_driven.iter().enumerate() {
             if is_meant(&case) {
                 drawn[kind] += 1;
-                refused[kind] += u32::from(started.is_err());
+                refused[kind] += u64::from(started.is_err());
             }
         }
     }
-    assert!(drawn.iter().all(|&count| count > 30), "{drawn:?}");
-    let few = drawn
-        .iter()
-        .zip(refused)
-        .all(|(drawn, refused)| 5 * refused < *drawn);
-    assert!(few, "{refused:?} of {drawn:?}");
+    for ((_, percent), (drawn, refused)) in is_driven.iter().zip(drawn.iter().zip(&refused)) {
+        assert!(100 * drawn >= percent * SCENES, "{drawn} with {percent} %");
+        assert!(5 * refused < *drawn, "{refused} of {drawn} are refused");
+    }
 }
 
 #[test]

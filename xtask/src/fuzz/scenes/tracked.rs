@@ -2,9 +2,13 @@
 
 use std::borrow::Cow;
 
-use carom::engine::{BodyView, WallMotionSpec};
+use carom::engine::{BodyView, PistonSpec, WallMotionSpec};
+use carom_kinematics::EpochTime;
 
-use super::kinematics::{BodyOutline, BodyPair, BodyState, Placed, along, dot, rotated};
+use super::{
+    kinematics::{BodyOutline, BodyPair, BodyState, Placed, along, dot, rotated},
+    stops::PistonStops,
+};
 
 /// Last reported state of a body; of a wall that oscillates, that at which it began to.
 #[derive(Debug, Clone)]
@@ -16,6 +20,48 @@ pub(super) struct Tracked {
     pub(super) fixed: bool,
     pub(super) tags: Vec<String>,
     pub(super) mass: f64,
+    /// Time of the report.
+    pub(super) reported: EpochTime,
+    /// The piston that the body is; `None` for most.
+    pub(super) piston: Option<TrackedPiston>,
+    /// Number of reflections of a piston since the report, and its lowest speed at one (length per
+    /// time).
+    pub(super) reflections: (f64, f64),
+}
+
+/// The properties of a piston.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct TrackedPiston {
+    /// Mass.
+    pub(super) mass: f64,
+    /// Constant force along its axis (mass × length / time²).
+    pub(super) force: f64,
+    /// Its stops.
+    pub(super) stops: PistonStops,
+}
+
+impl TrackedPiston {
+    /// The piston of a description; its stops are those that the engine has found if it gives
+    /// none.
+    pub(super) fn new(spec: &PistonSpec, found: [f64; 2]) -> Self {
+        Self {
+            mass: spec.mass,
+            force: spec.force,
+            stops: PistonStops {
+                axis: usize::from(spec.x.is_none()),
+                ends: spec.stops.unwrap_or(found),
+            },
+        }
+    }
+
+    /// Acceleration by its force and by the component of gravity along its axis (length per
+    /// time²).
+    pub(super) fn acceleration(&self, gravity: BodyPair) -> BodyPair {
+        let axis = self.stops.axis;
+        let mut acceleration = [0.0; 2];
+        acceleration[axis] = gravity[axis] + self.force / self.mass;
+        acceleration
+    }
 }
 
 /// The motion that a wall is given.
@@ -27,6 +73,16 @@ pub(super) struct GivenMotion<'a> {
 }
 
 impl Tracked {
+    /// Returns true for a fixed body and for a piston, which do not pass each other.
+    pub(super) fn is_barrier(&self) -> bool {
+        self.fixed || self.piston.is_some()
+    }
+
+    /// Returns true for a wall whose motion does not follow from its place and velocity alone.
+    pub(super) fn has_path(&self) -> bool {
+        self.state.oscillation.is_some() || self.state.table.is_some()
+    }
+
     /// The middle of a wall (length).
     pub(super) fn middle(&self, placed: Placed) -> BodyPair {
         let middle = self.outline.edges.first().map(|edge| edge.middle);

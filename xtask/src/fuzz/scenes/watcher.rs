@@ -6,12 +6,13 @@ use carom::engine::{BodyKey, CollisionReport, Observer, View};
 use carom_kinematics::{EpochTime, Motion};
 
 use super::{
-    case::{CaseEdit, SceneCase},
+    case::{CaseEdit, SceneCase, piston},
     contact::{self, ContactRules, MeasuredContact},
     kinematics::{BodyOutline, BodyPair, BodyState, Placed, dot, length},
     laws::SceneRules,
     oscillation::WallOscillation,
-    tracked::{GivenMotion, Tracked, outline_for},
+    table_path::TablePath,
+    tracked::{GivenMotion, Tracked, TrackedPiston, outline_for},
 };
 use crate::fuzz::{random::FuzzDraw, subject::Report};
 
@@ -50,8 +51,10 @@ pub struct Logged {
 pub struct Watcher {
     pub(super) sides: BodyPair,
     pub(super) bodies: BTreeMap<BodyKey, Tracked>,
-    /// Pairs of fixed bodies that were apart at the last edit, in the order of `bodies`: a run ends
-    /// before they meet.
+    /// The pistons of the scene; some may have been removed.
+    pistons: BTreeMap<BodyKey, TrackedPiston>,
+    /// Pairs of fixed bodies and pistons that were apart at the last edit, in the order of
+    /// `bodies`: a run ends before walls meet.
     pub(super) apart: BTreeSet<[BodyKey; 2]>,
     pub(super) rules: SceneRules,
     /// Time of the last event, or of the start.
@@ -100,6 +103,7 @@ impl Watcher {
         let mut watcher = Self {
             sides: view.bounds().sides().to_array(),
             bodies: BTreeMap::new(),
+            pistons: BTreeMap::new(),
             apart: BTreeSet::new(),
             rules: rules.clone(),
             last: view.time(),
@@ -124,9 +128,18 @@ impl Watcher {
             log: Vec::new(),
             report: Report::default(),
         };
-        // Walls are in the order of the scene.
-        let walls = view.bodies().filter(|body| body.body.is_wall());
-        let given = walls.zip(&case.scene.wall).filter_map(|(body, spec)| {
+        // Walls are in the order of the scene, and pistons follow them.
+        let walls = || view.bodies().filter(|body| body.body.is_wall());
+        let pistons = walls().skip(case.scene.wall.len());
+        watcher.pistons = pistons
+            .zip(&case.scene.piston)
+            .map(|(body, spec)| {
+                let key = body.body.key();
+                let stops = view.piston(key).map_or([0.0; 2], |(_, stops)| stops);
+                (key, TrackedPiston::new(spec, stops))
+            })
+            .collect();
+        let given = walls().zip(&case.scene.wall).filter_map(|(body, spec)| {
             let motion = GivenMotion {
                 motion: spec.motion.as_ref()?,
                 middle: spec
@@ -151,6 +164,11 @@ impl Watcher {
             for body in self.bodies.values_mut() {
                 body.state = body.state.reversed(time);
             }
+        }
+        if let Some(CaseEdit::Push(index, force)) = edit
+            && let Some(piston) = self.pistons.get_mut(&piston(view, *index))
+        {
+            piston.force = *force;
         }
         let moved = edit.and_then(|edit| edit.moved_wall(view));
         let given = moved.into_iter().map(|(key, motion)| {
@@ -185,21 +203,28 @@ impl Watcher {
         let before = std::mem::take(&mut self.bodies);
         for body in view.bodies() {
             let key = body.body.key();
+            let piston = self.pistons.get(&key).copied();
+            let of_molecule = body.body.molecule().mass();
             let mut tracked = Tracked {
                 outline: BodyOutline::new(body.body.molecule()),
-                state: self.state(&body.motion, view.time(), body.body.is_fixed()),
+                state: BodyState::new(&body.motion, view.time(), 0.0),
                 epoch: self.epochs,
                 fixed: body.body.is_fixed(),
                 tags: tags(body.body),
-                mass: body.body.molecule().mass(),
+                mass: piston.map_or(of_molecule, |piston| piston.mass),
+                reported: view.time(),
+                piston,
+                reflections: (0.0, f64::INFINITY),
             };
+            tracked.state = self.state(&body.motion, view.time(), &tracked);
             if let Some(given) = given.get(&key) {
                 tracked.state.oscillation = WallOscillation::new(given.motion, view.time());
+                tracked.state.table = TablePath::new(given.motion, view.time());
                 self.check_given(&tracked, given, body.body.id());
             } else if let Some(known) = before.get(&key).filter(|known| known.fixed) {
                 // No other edit changes the motion of a wall.
                 self.compare_velocity(known, &tracked.state, body.body.id());
-                if known.state.oscillation.is_some() {
+                if known.has_path() {
                     (tracked.state, tracked.epoch) = (known.state, known.epoch);
                 }
             }
@@ -211,15 +236,18 @@ impl Watcher {
         self.momentum = free.then(|| (self.total_momentum(time), time));
     }
 
-    /// The state of a body with this motion at a time.
-    pub(super) fn state(&self, motion: &Motion, time: EpochTime, fixed: bool) -> BodyState {
-        let (gravity, drag) = if fixed {
+    /// The state at a time of a body, which then has this motion.
+    pub(super) fn state(&self, motion: &Motion, time: EpochTime, body: &Tracked) -> BodyState {
+        let (gravity, drag) = if let Some(piston) = &body.piston {
+            (piston.acceleration(self.rules.gravity), 0.0)
+        } else if body.fixed {
             ([0.0; 2], 0.0)
         } else {
             (self.rules.gravity, self.rules.drag)
         };
         BodyState {
             gravity,
+            stops: body.piston.map(|piston| piston.stops),
             ..BodyState::new(motion, time, drag)
         }
     }
@@ -236,12 +264,12 @@ impl Watcher {
                 continue;
             };
             let [fallen, error] = self.fall(known, contact.time);
-            let state = self.state(&side.after, contact.time, known.fixed);
+            let state = self.state(&side.after, contact.time, known);
             self.fallen += fallen;
             self.fallen_error += error;
-            // Contacts do not change an oscillation.
+            // Contacts do not change the path of a wall.
             if let Some(tracked) = self.bodies.get_mut(&side.body.key())
-                && tracked.state.oscillation.is_none()
+                && !tracked.has_path()
             {
                 let (sides, epoch) = (self.sides, self.epochs);
                 // Positions are wrapped into the box, as at the start of every epoch.
@@ -251,6 +279,8 @@ impl Watcher {
                     ..state
                 };
                 tracked.epoch = epoch;
+                tracked.reported = contact.time;
+                tracked.reflections = (0.0, f64::INFINITY);
             }
         }
         let energy =
@@ -290,24 +320,25 @@ impl Watcher {
         self.rules.elasticity.contact_time * (diameter * length(self.rules.gravity)).sqrt()
     }
 
-    /// Returns true if gravity or the motion of a wall accelerates one of two surfaces.
+    /// Returns true if gravity, a force or the motion of a wall accelerates one of two surfaces.
     fn is_accelerated(&self, contact: &CollisionReport<'_>) -> bool {
         self.acceleration(contact, 0.0) > 0.0
     }
 
-    /// Bound on the relative acceleration of two surfaces by gravity and by the motion of a wall
-    /// (length per time²).
+    /// Bound on the relative acceleration of two surfaces by gravity, by the force on a piston and
+    /// by the motion of a wall (length per time²).
     fn acceleration(&self, contact: &CollisionReport<'_>, speed: f64) -> f64 {
         let sides = contact.sides.iter();
-        let fixed =
-            sides.filter_map(|side| self.bodies.get(&side.body.key()).filter(|body| body.fixed));
+        let bodies = sides.filter_map(|side| self.bodies.get(&side.body.key()));
+        let barriers = bodies.filter(|body| body.is_barrier());
         let of_wall = |wall: &Tracked| {
             let spin = wall.state.spin.abs();
             let turning = spin * (2.0 * speed + spin * wall.outline.reach);
             let oscillation = wall.state.oscillation;
-            turning + oscillation.map_or(0.0, |one| one.top_speed() * one.frequency)
+            let of_force = length(wall.state.gravity);
+            turning + of_force + oscillation.map_or(0.0, |one| one.top_speed() * one.frequency)
         };
-        fixed
+        barriers
             .map(|wall| of_wall(wall) + length(self.rules.gravity))
             .sum()
     }
