@@ -6,7 +6,7 @@ use carom_testkit::oracle::Number as _;
 
 use super::{
     kinematics::{BodyPair, dot, length},
-    tracked::{Tracked, energy},
+    tracked::{TrackedBody, energy},
     watcher::Watcher,
 };
 use crate::fuzz::subject::exceeds;
@@ -34,7 +34,7 @@ impl Watcher {
 
     /// The work of gravity on a body since its last report, and a bound on its error (mass ×
     /// length² / time²).
-    pub(super) fn fall(&self, body: &Tracked, time: EpochTime) -> [f64; 2] {
+    pub(super) fn fall(&self, body: &TrackedBody, time: EpochTime) -> [f64; 2] {
         let gravity = body.state.gravity;
         if gravity == [0.0; 2] {
             return [0.0; 2];
@@ -46,7 +46,7 @@ impl Watcher {
 
     /// The total momentum at a time after all events so far.
     pub(super) fn total_momentum(&self, time: EpochTime) -> BodyPair {
-        let axis_of = |body: &Tracked| body.piston.map(|piston| piston.stops.axis);
+        let axis_of = |body: &TrackedBody| body.piston.map(|piston| piston.stops.axis);
         let sum = |axis: usize| {
             // Stops and forces change the momentum along the axis of a piston.
             if self.bodies.values().any(|body| axis_of(body) == Some(axis)) {

@@ -4,7 +4,7 @@ use carom_kinematics::EpochTime;
 
 use super::{
     kinematics::{BodyOutline, length},
-    tracked::Tracked,
+    tracked::TrackedBody,
     watcher::{RESOLUTION, Watcher},
 };
 
@@ -46,7 +46,7 @@ impl Watcher {
     }
 
     /// Bound on the position error of a body at `time`, including its arms (length).
-    pub(super) fn error(&self, body: &Tracked, time: EpochTime) -> f64 {
+    pub(super) fn error(&self, body: &TrackedBody, time: EpochTime) -> f64 {
         let epochs = (self.epochs - body.epoch) as f64;
         let dragged = if self.rules.drag == 0.0 {
             0.0
@@ -101,7 +101,7 @@ impl Watcher {
 
     /// Bound on the error of a velocity that gravity, a force or an oscillation changes (length per
     /// time).
-    pub(super) fn velocity_error(&self, body: &Tracked, time: EpochTime) -> f64 {
+    pub(super) fn velocity_error(&self, body: &TrackedBody, time: EpochTime) -> f64 {
         let epochs = (self.epochs - body.epoch + 1) as f64;
         let state = &body.state;
         let (speed, acceleration, roundings) = if let Some(oscillation) = &state.oscillation {
@@ -125,7 +125,7 @@ impl Watcher {
     }
 
     /// Bound on the error of the times at which the velocity of a wall with a table changes (time).
-    pub(super) fn table_time_error(&self, wall: &Tracked) -> f64 {
+    pub(super) fn table_time_error(&self, wall: &TrackedBody) -> f64 {
         let Some(table) = &wall.state.table else {
             return 0.0;
         };
@@ -138,7 +138,7 @@ impl Watcher {
     }
 
     /// Bound on the error of an orientation, as a distance at the rim (length).
-    pub(super) fn turn_error(&self, body: &Tracked, time: EpochTime) -> f64 {
+    pub(super) fn turn_error(&self, body: &TrackedBody, time: EpochTime) -> f64 {
         let place = self.error(body, time);
         if !body.outline.is_disc() {
             return place;

@@ -9,6 +9,7 @@ use carom_geometry::Molecule;
 use carom_kinematics::{EpochTime, Motion};
 use carom_testkit::oracle::{DoubleDouble, Number as _};
 
+pub use super::durations::duration;
 pub use super::vectors::{BodyPair, along, cross, dot, length, rotated};
 use super::{
     convex::{ConvexPart, OutlineEllipse, farthest_tangents},
@@ -130,14 +131,6 @@ impl TouchedParts {
         ];
         Self { arms, ..*self }
     }
-}
-
-/// Difference of two times in double-double precision (time).
-pub fn duration(from: EpochTime, to: EpochTime) -> DoubleDouble {
-    let part = |to: f64, from: f64| DoubleDouble::new(to).minus(&DoubleDouble::new(from));
-    part(to.epoch(), from.epoch())
-        .plus(&part(to.epoch_low(), from.epoch_low()))
-        .plus(&part(to.offset(), from.offset()))
 }
 
 /// exp(x) − 1: its series at x/2ᵏ, and k times E(2x) = E(x) (2 + E(x)), of which no term cancels

@@ -6,6 +6,7 @@ pub mod case;
 pub mod contact;
 pub mod convex;
 pub mod draw;
+pub mod durations;
 pub mod kinematics;
 pub mod laws;
 pub mod motions;

@@ -6,7 +6,7 @@ use carom_kinematics::EpochTime;
 use carom_testkit::oracle::{DoubleDouble, Number as _};
 
 use super::{
-    kinematics::duration,
+    durations::duration,
     vectors::{BodyPair, length},
 };
 

@@ -9,7 +9,7 @@ use super::{
     bounds::ROUNDINGS_OF_CLOCK,
     kinematics::{Placed, smallest_gap},
     stops::ReflectedFlight,
-    tracked::{Tracked, outline_for},
+    tracked::{TrackedBody, outline_for},
     watcher::{RESOLUTION, Watcher},
 };
 use crate::fuzz::subject::exceeds;
@@ -49,7 +49,12 @@ impl Watcher {
 
     /// The smallest gap of two fixed bodies, which may be walls across the box, if walls were
     /// thicker by this (lengths).
-    pub(super) fn gap_of_fixed(&self, pair: [&Tracked; 2], thicker: f64, time: EpochTime) -> f64 {
+    pub(super) fn gap_of_fixed(
+        &self,
+        pair: [&TrackedBody; 2],
+        thicker: f64,
+        time: EpochTime,
+    ) -> f64 {
         let [one, two] = pair.map(|body| body.outline.with_ends().thickened(thicker));
         let [at_one, at_two] = pair.map(|body| body.state.at(time, self.sides));
         smallest_gap((&one, &at_one), (&two, &at_two), self.sides)
@@ -73,7 +78,7 @@ impl Watcher {
 
     /// Examines all pairs in all images at one time.
     pub(super) fn look_at_all(&mut self, time: EpochTime) {
-        let placed: Vec<(BodyKey, &Tracked, Placed, f64)> = self
+        let placed: Vec<(BodyKey, &TrackedBody, Placed, f64)> = self
             .bodies
             .iter()
             .map(|(key, body)| {

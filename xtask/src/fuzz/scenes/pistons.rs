@@ -9,7 +9,7 @@ use crate::fuzz::random::FuzzDraw;
 const ROOM: f64 = 1e-3;
 
 /// Least distance of two stops, in sides of the box.
-const LEAST_WAY: f64 = 0.02;
+const MIN_WAY: f64 = 0.02;
 
 /// The place for a piston in a scene.
 #[derive(Debug)]
@@ -41,7 +41,7 @@ impl PistonRoom<'_> {
         let has_walls = low > 0.0 && high < side;
         let room = ROOM * side + radius;
         let [low, high] = [low + room, high - room];
-        if !(low < place && place < high && high - low > LEAST_WAY * side) {
+        if !(low < place && place < high && high - low > MIN_WAY * side) {
             return None;
         }
         let is_given = !(has_walls && self.may_have_default_stops()) || draw.happens(0.5);

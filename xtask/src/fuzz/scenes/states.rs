@@ -7,7 +7,7 @@ use super::{
     bounds::{ROUNDINGS, ROUNDINGS_OF_DRAG},
     kinematics::{BodyPair, BodyState, Placed, along, distance_in_box, length},
     stops::PistonStops,
-    tracked::{GivenMotion, Tracked},
+    tracked::{GivenMotion, TrackedBody},
     watcher::Watcher,
 };
 use crate::fuzz::subject::exceeds;
@@ -15,7 +15,7 @@ use crate::fuzz::subject::exceeds;
 impl Watcher {
     /// Checks that a wall begins the motion that it has just been given: about the right pivot, and
     /// without a jump.
-    pub(super) fn check_given(&mut self, wall: &Tracked, given: &GivenMotion<'_>, id: u64) {
+    pub(super) fn check_given(&mut self, wall: &TrackedBody, given: &GivenMotion<'_>, id: u64) {
         let GivenMotion { motion, middle } = given;
         let (state, time) = (&wall.state, wall.state.time);
         let velocity = match (&state.oscillation, &state.table) {
@@ -96,7 +96,7 @@ impl Watcher {
 
     /// The velocity of a body at a time, or that shortly before or after at which it changes, of
     /// which the nearest to the one found counts (length per time).
-    fn velocity_near(&self, body: &Tracked, found: &BodyState) -> BodyPair {
+    fn velocity_near(&self, body: &TrackedBody, found: &BodyState) -> BodyPair {
         let (state, time) = (&body.state, found.time);
         let expected = state.velocity_at(time);
         let mut others = Vec::new();
@@ -124,7 +124,7 @@ impl Watcher {
 
     /// Compares velocity and spin with those that follow from the last event: equal for uniform
     /// motion, and to rounding for other motions.
-    pub(super) fn compare_velocity(&mut self, body: &Tracked, found: &BodyState, id: u64) {
+    pub(super) fn compare_velocity(&mut self, body: &TrackedBody, found: &BodyState, id: u64) {
         let state = &body.state;
         if self.rules.drag == 0.0 && !state.is_uniform() {
             let expected = self.velocity_near(body, found);
@@ -177,7 +177,7 @@ impl Watcher {
     /// Compares the motion of a body before a contact with the independent kinematics.
     pub(super) fn compare_before(
         &mut self,
-        body: &Tracked,
+        body: &TrackedBody,
         side: &Side<'_>,
         time: EpochTime,
     ) -> (Placed, f64) {

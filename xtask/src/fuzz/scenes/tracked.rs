@@ -12,7 +12,7 @@ use super::{
 
 /// Last reported state of a body; of a wall that oscillates, that at which it began to.
 #[derive(Debug, Clone)]
-pub(super) struct Tracked {
+pub(super) struct TrackedBody {
     pub(super) outline: BodyOutline,
     pub(super) state: BodyState,
     /// Epoch of the report.
@@ -72,7 +72,7 @@ pub(super) struct GivenMotion<'a> {
     pub(super) middle: Option<BodyPair>,
 }
 
-impl Tracked {
+impl TrackedBody {
     /// Returns true for a fixed body and for a piston, which do not pass each other.
     pub(super) fn is_barrier(&self) -> bool {
         self.fixed || self.piston.is_some()
@@ -110,7 +110,7 @@ pub(super) fn energy(body: &BodyView<'_>) -> f64 {
 }
 
 /// The outline with which a body touches others that it sees at this factor of the distance.
-pub(super) fn outline_for(body: &Tracked, factor: f64) -> Cow<'_, BodyOutline> {
+pub(super) fn outline_for(body: &TrackedBody, factor: f64) -> Cow<'_, BodyOutline> {
     if factor == 1.0 {
         Cow::Borrowed(&body.outline)
     } else {

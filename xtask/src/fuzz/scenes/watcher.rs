@@ -12,7 +12,7 @@ use super::{
     laws::SceneRules,
     oscillation::WallOscillation,
     table_path::TablePath,
-    tracked::{GivenMotion, Tracked, TrackedPiston, outline_for},
+    tracked::{GivenMotion, TrackedBody, TrackedPiston, outline_for},
 };
 use crate::fuzz::{random::FuzzDraw, subject::Report};
 
@@ -50,7 +50,7 @@ pub struct Logged {
 #[derive(Debug)]
 pub struct Watcher {
     pub(super) sides: BodyPair,
-    pub(super) bodies: BTreeMap<BodyKey, Tracked>,
+    pub(super) bodies: BTreeMap<BodyKey, TrackedBody>,
     /// The pistons of the scene; some may have been removed.
     pistons: BTreeMap<BodyKey, TrackedPiston>,
     /// Pairs of fixed bodies and pistons that were apart at the last edit, in the order of
@@ -205,7 +205,7 @@ impl Watcher {
             let key = body.body.key();
             let piston = self.pistons.get(&key).copied();
             let of_molecule = body.body.molecule().mass();
-            let mut tracked = Tracked {
+            let mut tracked = TrackedBody {
                 outline: BodyOutline::new(body.body.molecule()),
                 state: BodyState::new(&body.motion, view.time(), 0.0),
                 epoch: self.epochs,
@@ -237,7 +237,7 @@ impl Watcher {
     }
 
     /// The state at a time of a body, which then has this motion.
-    pub(super) fn state(&self, motion: &Motion, time: EpochTime, body: &Tracked) -> BodyState {
+    pub(super) fn state(&self, motion: &Motion, time: EpochTime, body: &TrackedBody) -> BodyState {
         let (gravity, drag) = if let Some(piston) = &body.piston {
             (piston.acceleration(self.rules.gravity), 0.0)
         } else if body.fixed {
@@ -284,7 +284,7 @@ impl Watcher {
             }
         }
         let energy =
-            |body: &Tracked| 0.5 * body.mass * dot(body.state.velocity, body.state.velocity);
+            |body: &TrackedBody| 0.5 * body.mass * dot(body.state.velocity, body.state.velocity);
         let now: f64 = [&contact.sides[0], &contact.sides[1]]
             .into_iter()
             .filter(|side| !side.body.is_fixed())
@@ -331,7 +331,7 @@ impl Watcher {
         let sides = contact.sides.iter();
         let bodies = sides.filter_map(|side| self.bodies.get(&side.body.key()));
         let barriers = bodies.filter(|body| body.is_barrier());
-        let of_wall = |wall: &Tracked| {
+        let of_wall = |wall: &TrackedBody| {
             let spin = wall.state.spin.abs();
             let turning = spin * (2.0 * speed + spin * wall.outline.reach);
             let oscillation = wall.state.oscillation;
