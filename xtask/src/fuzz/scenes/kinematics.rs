@@ -14,7 +14,7 @@ pub use super::vectors::{BodyPair, along, cross, dot, length, rotated};
 use super::{
     convex::{ConvexPart, OutlineEllipse, farthest_tangents},
     oscillation::WallOscillation,
-    stops::{PistonStops, ReflectedFlight},
+    stops::{AxisState, PistonStops, ReflectedFlight},
     table_path::TablePath,
 };
 
@@ -235,7 +235,7 @@ impl BodyState {
             return table.displacement(time);
         }
         if self.stops.is_some() {
-            let after = ReflectedFlight::until(self, time).state;
+            let after = self.reflected(time).map_or(*self, |(state, _)| state);
             let onwards = after.unreflected().displacement(time);
             return [0, 1].map(|axis| {
                 let [from, to] = [self, &after].map(|one| DoubleDouble::new(one.place[axis]));
@@ -262,7 +262,7 @@ impl BodyState {
             return table.velocity(time);
         }
         if self.stops.is_some() {
-            let after = ReflectedFlight::until(self, time).state;
+            let after = self.reflected(time).map_or(*self, |(state, _)| state);
             return after.unreflected().velocity_at(time);
         }
         if self.drag != 0.0 {
@@ -290,6 +290,25 @@ impl BodyState {
             return length(self.velocity).hypot(gained.sqrt());
         }
         length(self.velocity).max(length(self.velocity_at(time)))
+    }
+
+    /// The state of a piston after its last reflection before a time, and the flight up to it;
+    /// `None` for other bodies.
+    pub fn reflected(&self, time: EpochTime) -> Option<(Self, ReflectedFlight)> {
+        let stops = self.stops?;
+        let axis = stops.axis;
+        let along = AxisState {
+            time: self.time,
+            place: self.place[axis],
+            velocity: self.velocity[axis],
+            acceleration: self.gravity[axis],
+        };
+        let flight = stops.flight(along, time);
+        let mut state = *self;
+        state.time = flight.state.time;
+        state.place[axis] = flight.state.place;
+        state.velocity[axis] = flight.state.velocity;
+        Some((state, flight))
     }
 
     /// The state of a piston as if it had no stops, which pressed against one stays.

@@ -8,7 +8,6 @@ use carom_kinematics::EpochTime;
 use super::{
     bounds::ROUNDINGS_OF_CLOCK,
     kinematics::{Placed, smallest_gap},
-    stops::ReflectedFlight,
     tracked::{TrackedBody, outline_for},
     watcher::{RESOLUTION, Watcher},
 };
@@ -169,11 +168,13 @@ impl Watcher {
         let keys: Vec<BodyKey> = pistons.map(|(key, _)| *key).collect();
         for key in keys {
             let before = &self.bodies[&key];
-            let flight = ReflectedFlight::until(&before.state, time);
+            let Some((state, flight)) = before.state.reflected(time) else {
+                continue;
+            };
             if flight.count == 0 {
                 continue;
             }
-            let [fallen, error] = self.fall(before, flight.state.time);
+            let [fallen, error] = self.fall(before, state.time);
             self.fallen += fallen;
             self.fallen_error += error;
             self.report
@@ -182,7 +183,7 @@ impl Watcher {
                 let (count, slowest) = piston.reflections;
                 let count = count + f64::from(flight.count);
                 piston.reflections = (count, slowest.min(flight.slowest));
-                piston.state = flight.state;
+                piston.state = state;
             }
         }
     }
