@@ -257,6 +257,10 @@ fn pistons_that_might_meet_walls_are_refused_by_name() {
             "must begin between its stops",
         ),
         (
+            "x = 0.25\nmass = 1.0\nforce = -2.0\nstops = [0.25, 0.75]",
+            "at rest on one of its stops",
+        ),
+        (
             "x = 0.5\nmass = 1.0\nstops = [0.1, 1.0]",
             "`stops` must ascend",
         ),

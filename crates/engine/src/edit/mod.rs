@@ -219,7 +219,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 
     /// Reverses all velocities and angular velocities (Loschmidt's reversal). An elastic run then
     /// returns to its start, apart from rounding errors, which chaos amplifies. The distance from
-    /// the start measures the accuracy of the run.
+    /// the start measures the accuracy of the run. A wall with a table of places turns back, but
+    /// follows its table onwards from the next time in it.
     ///
     /// ```
     /// # use carom_engine::{Scene, Simulation};

@@ -177,6 +177,18 @@ fn refuse_piston(world: &World, index: usize) -> Result<(), String> {
                 .to_owned(),
         );
     }
+    let motion = &world.motions[index];
+    if piston.rests_on_stop(
+        motion.position[axis],
+        motion.velocity[axis],
+        world.acceleration(index)[axis],
+    ) {
+        return Err(
+            "the piston is at rest on one of its stops and pressed against it: let it begin beside the stop, or with \
+             a velocity"
+                .to_owned(),
+        );
+    }
     let side = world.bounds.sides()[axis];
     let [low, high] = [
         piston.stops[0] - body.reach(),

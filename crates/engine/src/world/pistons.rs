@@ -53,6 +53,14 @@ impl Piston {
             && motion.velocity[1 - axis] == 0.0
     }
 
+    /// Whether a piston at this place of its axis is at rest on a stop that holds it against this
+    /// acceleration (length, length per time, length per time squared).
+    pub fn rests_on_stop(&self, place: f64, velocity: f64, acceleration: f64) -> bool {
+        let [low, high] = self.stops;
+        let is_pressed = place <= low && acceleration < 0.0 || place >= high && acceleration > 0.0;
+        velocity == 0.0 && is_pressed
+    }
+
     /// The time until a piston at this place on its axis, with this velocity and acceleration along
     /// it, next reaches one of its stops; infinite if it reaches none.
     pub fn time_to_stop(&self, place: f64, velocity: f64, acceleration: f64) -> f64 {
