@@ -45,6 +45,7 @@
 //! | density waves correlated in time: F(k, t) | [`IntermediateScattering`] | samples |
 //! | bond orientation: ψₙ | [`HexaticOrder`] | samples |
 //! | disclinations: bodies without six neighbours | [`Disclinations`] | samples |
+//! | clusters of bodies nearer than a gap, percolation | [`Clusters`] | samples |
 //! | nematic, tetratic, k-atic order of orientations | [`OrientationalOrder`] | samples |
 //! | displacements along and across the axis of a body, in its own frame | [`BodyFrameDiffusion`] | samples |
 //! | distances: the pair distribution g(r) | [`PairDistribution`] | samples |
@@ -71,6 +72,7 @@
 mod body_frame;
 mod body_frame_diffusion;
 mod cell_list;
+mod clusters;
 mod coarse_atoms;
 mod collision_rate;
 mod contact_density;
@@ -79,6 +81,7 @@ mod delaunay;
 mod direction_histogram;
 mod disc_area;
 mod disclinations;
+mod disjoint_sets;
 mod distribution;
 mod drawn_contours;
 mod drift;
@@ -113,6 +116,7 @@ mod pressure;
 mod pressure_tensor;
 mod projection_histogram;
 mod running_average;
+mod size_bins;
 mod structural_relaxation;
 mod structure_factor;
 mod subscriptions;
@@ -129,6 +133,7 @@ mod wall_pressure;
 mod wave_vectors;
 
 pub use body_frame_diffusion::{BodyFrameDiffusion, BodyFramePoint};
+pub use clusters::{ClusterPoint, Clusters};
 pub use collision_rate::{CollisionRate, RatePoint};
 pub use contact_density::{ContactDensity, ContactPoint};
 pub use contact_log::{ContactLog, LoggedContact};
