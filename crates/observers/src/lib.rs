@@ -46,6 +46,7 @@
 //! | bond orientation: ψₙ | [`HexaticOrder`] | samples |
 //! | disclinations: bodies without six neighbours | [`Disclinations`] | samples |
 //! | clusters of bodies nearer than a gap, percolation | [`Clusters`] | samples |
+//! | areas of the Voronoi cells and their neighbours | [`VoronoiCells`] | samples |
 //! | nematic, tetratic, k-atic order of orientations | [`OrientationalOrder`] | samples |
 //! | displacements along and across the axis of a body, in its own frame | [`BodyFrameDiffusion`] | samples |
 //! | distances: the pair distribution g(r) | [`PairDistribution`] | samples |
@@ -128,6 +129,7 @@ mod thermostat_ledger;
 mod time_correlation;
 mod van_hove;
 mod velocity_distribution;
+mod voronoi_cells;
 mod wall_energy;
 mod wall_pressure;
 mod wave_vectors;
@@ -182,6 +184,7 @@ pub use thermostat_ledger::{HeatOfTag, ThermostatLedger, ThermostatPoint};
 pub use time_correlation::{CorrelationPoint, TimeCorrelation};
 pub use van_hove::{DisplacementBins, DisplacementBinsError, SelfVanHove, VanHoveCurve};
 pub use velocity_distribution::{SpeedMoments, VelocityDistribution, VelocityPoint};
+pub use voronoi_cells::{VoronoiCells, VoronoiPoint};
 pub use wall_energy::{
     FromWalls, HeatFromWalls, WallEnergy, WallEnergyPoint, WallHeat, WallWork, WorkOfWalls,
 };
