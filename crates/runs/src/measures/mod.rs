@@ -6,6 +6,7 @@
 
 mod billiard;
 mod body_frame_diffusion;
+mod clusters;
 mod collision_rate;
 mod contact_density;
 mod correlation;
@@ -55,6 +56,7 @@ mod transport;
 mod van_hove;
 mod velocities;
 mod viscosity;
+mod voronoi;
 mod wall_energy;
 mod wall_pressure;
 
@@ -86,7 +88,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 41] = [
+pub const KINDS: [MeasureKind; 43] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -108,6 +110,8 @@ pub const KINDS: [MeasureKind; 41] = [
     k_atic::TETRATIC,
     k_atic::K_ATIC,
     defects::KIND,
+    clusters::KIND,
+    voronoi::KIND,
     free_path::KIND,
     viscosity::KIND,
     heat_conductivity::KIND,
