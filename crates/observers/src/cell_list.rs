@@ -1,4 +1,5 @@
-//! A cell list of positions in a periodic box: the nearest of each, and all pairs up to a distance.
+//! A cell list of positions in a periodic box: the nearest of each, all pairs up to a distance, and
+//! all images up to a distance.
 
 use carom_geometry::PeriodicBox;
 use glam::{DVec2, Vec2Swizzles};
@@ -152,10 +153,42 @@ impl<'a> CellList<'a> {
         }
     }
 
+    /// Calls `f` with the index, the image (boxes) and the displacement (length) of each body within
+    /// `range` of one, in all its images, and of others in the same cells. The body itself is one of
+    /// them, and its images are if the box is as narrow as `range`.
+    pub(crate) fn for_each_image_near(
+        &self,
+        index: usize,
+        range: f64,
+        mut f: impl FnMut(usize, [i64; 2], DVec2),
+    ) {
+        let [columns, rows] = self.cells.map(|cells| cells as i64);
+        let size = self.sides / DVec2::new(columns as f64, rows as f64);
+        let place = self.places[index];
+        // Wider than `range` by more than the rounding of the cell of a body.
+        let reach = DVec2::splat(range) + AS_NEAR * size;
+        let [left, bottom] = whole(((place - reach) / size).floor());
+        let [right, top] = whole(((place + reach) / size).floor());
+        for row in bottom..=top {
+            for column in left..=right {
+                let image = [column.div_euclid(columns), row.div_euclid(rows)];
+                let shift = self.sides * DVec2::new(image[0] as f64, image[1] as f64) - place;
+                let cell = column.rem_euclid(columns) + row.rem_euclid(rows) * columns;
+                for other in self.members_of(cell as usize) {
+                    f(self.members[other], image, self.sorted[other] + shift);
+                }
+            }
+        }
+    }
+
     /// The places in `members` of the bodies of a cell.
     fn members_of(&self, cell: usize) -> std::ops::Range<usize> {
         self.begins[cell]..self.begins[cell + 1]
     }
+}
+
+fn whole(numbers: DVec2) -> [i64; 2] {
+    numbers.to_array().map(|number| number as i64)
 }
 
 /// The columns (or rows) up to `ring` away from one, each once, and how far they are.

@@ -162,6 +162,15 @@ fn bond(edge: Edge<'_>, length: f64, places: &[DVec2], sides: DVec2, spacing: f6
     (bond.edge > NEGLIGIBLE_EDGE * displacement.length()).then_some(bond)
 }
 
+/// Area of the Voronoi cell with these neighbours (length²): the sum of the triangles on its edges,
+/// |displacement| × edge / 4.
+pub(crate) fn cell_area(bonds: &[Bond]) -> f64 {
+    bonds
+        .iter()
+        .map(|bond| 0.25 * bond.displacement.length() * bond.edge)
+        .sum()
+}
+
 /// Removes the bonds that cross a wall, and returns for each body whether it has lost one: its
 /// Voronoi cell is bounded by the wall. `walls` are the end points of each wall.
 pub(crate) fn cut_by_walls(
@@ -217,14 +226,6 @@ mod tests {
         (places, *view.bounds())
     }
 
-    /// Area of a Voronoi cell: the sum of the triangles on its edges, |displacement| × edge / 4.
-    fn area(bonds: &[Bond]) -> f64 {
-        bonds
-            .iter()
-            .map(|bond| 0.25 * bond.displacement.length() * bond.edge)
-            .sum()
-    }
-
     #[test]
     fn the_cells_fill_the_box_and_have_six_neighbours_on_average() {
         for (count, sides) in [
@@ -239,7 +240,7 @@ mod tests {
             for seed in 0..5 {
                 let (places, bounds) = places(count, sides, seed);
                 let bonds = bonds(&places, &bounds).unwrap();
-                let total: f64 = bonds.iter().map(|bonds| area(bonds)).sum();
+                let total: f64 = bonds.iter().map(|bonds| cell_area(bonds)).sum();
                 let sides_of_cells: usize = bonds.iter().map(Vec::len).sum();
                 assert!(
                     (total / bounds.area() - 1.0).abs() < 1e-9,

@@ -46,6 +46,8 @@
 //! | density waves correlated in time: F(k, t) | [`IntermediateScattering`] | samples |
 //! | bond orientation: ψₙ | [`HexaticOrder`] | samples |
 //! | disclinations: bodies without six neighbours | [`Disclinations`] | samples |
+//! | clusters of bodies nearer than a gap, percolation | [`Clusters`] | samples |
+//! | areas of the Voronoi cells and their neighbours | [`VoronoiCells`] | samples |
 //! | nematic, tetratic, k-atic order of orientations | [`OrientationalOrder`] | samples |
 //! | displacements along and across the axis of a body, in its own frame | [`BodyFrameDiffusion`] | samples |
 //! | distances: the pair distribution g(r) | [`PairDistribution`] | samples |
@@ -73,6 +75,7 @@
 mod body_frame;
 mod body_frame_diffusion;
 mod cell_list;
+mod clusters;
 mod coarse_atoms;
 mod collision_rate;
 mod contact_density;
@@ -82,6 +85,7 @@ mod delaunay;
 mod direction_histogram;
 mod disc_area;
 mod disclinations;
+mod disjoint_sets;
 mod distribution;
 mod drawn_contours;
 mod drift;
@@ -117,6 +121,7 @@ mod pressure;
 mod pressure_tensor;
 mod projection_histogram;
 mod running_average;
+mod size_bins;
 mod structural_relaxation;
 mod structure_factor;
 mod subscriptions;
@@ -128,11 +133,13 @@ mod thermostat_ledger;
 mod time_correlation;
 mod van_hove;
 mod velocity_distribution;
+mod voronoi_cells;
 mod wall_energy;
 mod wall_pressure;
 mod wave_vectors;
 
 pub use body_frame_diffusion::{BodyFrameDiffusion, BodyFramePoint};
+pub use clusters::{ClusterPoint, Clusters};
 pub use collision_rate::{CollisionRate, RatePoint};
 pub use contact_density::{ContactDensity, ContactPoint};
 pub use contact_log::{ContactLog, LoggedContact};
@@ -183,6 +190,7 @@ pub use thermostat_ledger::{HeatOfTag, ThermostatLedger, ThermostatPoint};
 pub use time_correlation::{CorrelationPoint, TimeCorrelation};
 pub use van_hove::{DisplacementBins, DisplacementBinsError, SelfVanHove, VanHoveCurve};
 pub use velocity_distribution::{SpeedMoments, VelocityDistribution, VelocityPoint};
+pub use voronoi_cells::{VoronoiCells, VoronoiPoint};
 pub use wall_energy::{
     FromWalls, HeatFromWalls, WallEnergy, WallEnergyPoint, WallHeat, WallWork, WorkOfWalls,
 };

@@ -6,6 +6,7 @@
 
 mod billiard;
 mod body_frame_diffusion;
+mod clusters;
 mod collision_rate;
 mod contact_density;
 mod correlation;
@@ -57,6 +58,7 @@ mod transport;
 mod van_hove;
 mod velocities;
 mod viscosity;
+mod voronoi;
 mod wall_energy;
 mod wall_pressure;
 
@@ -110,6 +112,8 @@ pub const KINDS: [MeasureKind; 43] = [
     k_atic::TETRATIC,
     k_atic::K_ATIC,
     defects::KIND,
+    clusters::KIND,
+    voronoi::KIND,
     free_path::KIND,
     viscosity::KIND,
     heat_conductivity::KIND,

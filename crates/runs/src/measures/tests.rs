@@ -280,7 +280,7 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
                 "heat-conductivity", "energy", "collision-rate", "pressure", "impulses:tee", "events:gas,tee",
                 "kicks:tee", "fields:gas", "profile:gas", "front:gas", "nematic:tee", "tetratic", "k-atic:tee",
                 "defects:gas", "body-frame-diffusion:tee", "relaxation:gas", "intermediate-scattering:gas,tee",
-                "van-hove:gas", "lyapunov", "crossings:gas", "incidence:gas"]
+                "van-hove:gas", "lyapunov", "crossings:gas", "incidence:gas", "clusters:gas", "voronoi:gas"]
         "#,
     );
     assert!(gas.unwrap_err().contains("equal discs"));
@@ -1287,4 +1287,110 @@ fn a_front_grows_in_proportion_to_the_time_where_nothing_is_in_its_way() {
     }
     let power = figure(&results, "power of time of the front").unwrap();
     assert!((0.85..0.98).contains(&power.value), "{power:?}");
+}
+
+/// Ten discs in a row that wraps around the box along x, a fixed pair, and discs alone.
+#[test]
+fn clusters_are_counted_by_the_gap_of_their_surfaces() {
+    let disc = |x: f64, y: f64| format!("[[bumper]]\nradius = 0.04\nat = [{x}, {y}]\n");
+    let row = (0..10).map(|k| disc(0.1 * f64::from(k), 0.2));
+    let others = [disc(0.3, 0.8), disc(0.39, 0.8), disc(0.7, 0.6)];
+    let discs: String = row.chain(others).collect();
+    let scene = |measure: &str| {
+        format!(
+            "{discs}[run]\nuntil = 4.0\nsample_interval = 0.1\n[[measure]]\nkind = \"clusters\"\n{measure}"
+        )
+    };
+    let (results, _) = measured(&scene("gap = 0.03"));
+    for (name, expected) in [
+        ("number of clusters", 3.0),
+        ("largest cluster", 10.0),
+        ("mean cluster size (number average)", 13.0 / 3.0),
+        ("mean cluster size (weight average)", 105.0 / 13.0),
+        ("share of samples that percolate along x", 1.0),
+        ("share of samples that percolate along y", 0.0),
+        ("share of samples that percolate", 1.0),
+    ] {
+        let found = figure(&results, name).unwrap_or_else(|| panic!("no {name}"));
+        assert!((found.value - expected).abs() < 1e-12, "{found:?}");
+        assert_eq!(found.standard_error, Some(0.0), "{found:?}");
+    }
+    let series = table(&results, "clusters");
+    assert_eq!(column(series, "wraps_x")[40], Some(1.0));
+    assert_eq!(column(series, "largest")[40], Some(10.0));
+    let sizes = table(&results, "clusters-sizes");
+    // 41 samples; the bin of 10 and 11 bodies is the last.
+    assert_eq!(column(sizes, "clusters")[..2], [Some(41.0); 2]);
+    assert_eq!(column(sizes, "size").last(), Some(&Some(10.5)));
+    let per_body = column(sizes, "n").iter().map(|n| n.unwrap() * 13.0);
+    let expected = [1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.5];
+    assert!(
+        per_body
+            .zip(expected)
+            .all(|(n, expected)| (n - expected).abs() < 1e-12)
+    );
+    // The default is a tenth of the diameter, less than the gaps of 0.01 and 0.02.
+    let (results, _) = measured(&scene(""));
+    assert_eq!(figure(&results, "largest cluster").unwrap().value, 1.0);
+    // The reasons for which it is refused.
+    for (text, said) in [
+        (
+            scene("gap = 0.5"),
+            "less than half the shorter side of the box, 0.5",
+        ),
+        (
+            "run.observe = [\"clusters\"]\n[[wall]]\nx = 0.0\n".to_owned(),
+            "give 'gap'",
+        ),
+    ] {
+        let scene = Scene::from_toml(&text).unwrap();
+        let simulation = AnySimulation::new(&scene).unwrap();
+        let error = Measures::new(&scene, &simulation.view())
+            .err()
+            .expect("an error");
+        assert!(format!("{error:#}").contains(said), "{error:#}");
+    }
+}
+
+/// Discs in a triangular lattice, and bins up to a given area.
+#[test]
+fn voronoi_cells_of_a_lattice_have_one_area_and_six_neighbours() {
+    let height = 0.75_f64.sqrt();
+    let disc = |site: u32| {
+        let [x, y] = [f64::from(site % 10), f64::from(site / 10)];
+        let [x, y] = [0.1 * (x + 0.5 * (y % 2.0)) + 0.02, 0.1 * height * y + 0.03];
+        format!("[[bumper]]\nradius = 0.045\nat = [{x}, {y}]\n")
+    };
+    let discs: String = (0..100).map(disc).collect();
+    let scene = |measure: &str| {
+        format!(
+            "[box]\nsides = [1.0, {height}]\n{discs}[run]\nuntil = 4.0\nsample_interval = 0.1\n\
+             [[measure]]\nkind = \"voronoi\"\n{measure}"
+        )
+    };
+    let (results, _) = measured(&scene(""));
+    let free = 1.0 - std::f64::consts::PI / 12.0_f64.sqrt() * 0.81;
+    for (name, expected) in [
+        ("relative variance of the cell areas", 0.0),
+        ("mean free share of the cells", free),
+        ("share of cells with 5 neighbours", 0.0),
+        ("share of cells with 6 neighbours", 1.0),
+        ("share of cells with 7 neighbours", 0.0),
+    ] {
+        let found = figure(&results, name).unwrap_or_else(|| panic!("no {name}"));
+        assert!((found.value - expected).abs() < 1e-9, "{found:?}");
+        assert!(found.standard_error.unwrap() < 1e-9, "{found:?}");
+    }
+    assert!((integral(table(&results, "voronoi-areas"), "density") - 1.0).abs() < 1e-12);
+    let neighbours = table(&results, "voronoi-neighbours");
+    assert_eq!(column(neighbours, "neighbours").len(), 7);
+    assert_eq!(column(neighbours, "share")[3], Some(1.0));
+    let series = table(&results, "voronoi");
+    assert_eq!(column(series, "cells")[40], Some(100.0));
+    assert!((column(series, "mean_area")[40].unwrap() - 0.01 * height).abs() < 1e-12);
+    // All areas are outside these bins.
+    let (results, _) = measured(&scene("max = 0.9\nbins = 9"));
+    assert_eq!(table(&results, "voronoi-areas").rows().len(), 9);
+    let outside = figure(&results, "share of the cell areas outside the range");
+    assert_eq!(outside.unwrap().value, 1.0);
 }

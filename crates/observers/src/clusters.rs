@@ -1,0 +1,512 @@
+//! Clusters: bodies that are connected by gaps shorter than a given one.
+//!
+//! Two bodies are connected if the distance of their surfaces, where they are nearest, is shorter
+//! than the gap, also through the border of the periodic box; a cluster is a set of bodies that
+//! connections join. With n_s clusters of s bodies, the mean size of a cluster is the number
+//! average Σ s n_s / Σ n_s, and the mean size of the cluster of a body is the weight average
+//! S = Σ s² n_s / Σ s n_s, which diverges at percolation (Stauffer & Aharony, Introduction to
+//! Percolation Theory, 1994; here all clusters count, the largest too).
+//!
+//! A cluster percolates along x if it joins a body with an image of the same body that is shifted
+//! along x (it wraps around the box), whether or not it is shifted along y, too.
+//!
+//! Discs of radius r at independent, uniform positions, n per area, percolate above nπr² = 1.128
+//! (Quintanilla, Torquato & Ziff, J. Phys. A 33 (2000) L399). At this density a cluster wraps
+//! around a large square box along x with the probability 0.5211, and along x or y with 0.6905
+//! (Pinson 1994; Newman & Ziff, Phys. Rev. E 64 (2001) 016706).
+
+use carom_engine::{Observer, View};
+use carom_geometry::{GeometryError, Molecule, check_positive, gap_between};
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    Group,
+    cell_list::CellList,
+    disjoint_sets::DisjointSets,
+    size_bins::{bin_of, smallest_of},
+};
+
+/// Clusters of a group at each sample; fixed discs and molecules count, walls do not.
+///
+/// The gap of two bodies is that of [`gap_between`]: of two discs, the distance of their centres
+/// less both radii. Bodies that overlap are connected. Rules for pairs of tags make no difference.
+/// Samples without bodies are omitted. A sample costs a search of a few cells for each body of a
+/// homogeneous system, and more for a gap far longer than the mean distance.
+///
+/// ```
+/// use carom_engine::{Observer, Scene, Simulation};
+/// use carom_observers::{Clusters, Group};
+///
+/// // A pair through the border of the box at a gap of 0.02, and a disc alone.
+/// let scene = Scene::from_toml(r"
+///     [[bumper]]
+///     radius = 0.04
+///     at = [0.05, 0.5]
+///     [[bumper]]
+///     radius = 0.04
+///     at = [0.95, 0.5]
+///     [[bumper]]
+///     radius = 0.04
+///     at = [0.5, 0.5]
+/// ")?;
+/// let mut clusters = Clusters::new(Group::All, 0.03, 3)?;
+/// clusters.sample(&Simulation::new(&scene)?.view());
+/// let point = clusters.series()[0];
+/// assert_eq!((point.clusters, point.largest, point.wraps), (2, 2, [false; 2]));
+/// assert_eq!((point.number_mean(), point.weight_mean), (3.0 / 2.0, 5.0 / 3.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[doc(alias = "percolation")]
+#[doc(alias = "connected components")]
+pub struct Clusters {
+    group: Group,
+    /// Length.
+    gap: f64,
+    series: Vec<ClusterPoint>,
+    /// Clusters by their size in logarithmic bins, over all samples; the last bin holds those
+    /// beyond.
+    counts: Vec<u64>,
+    sums: ClusterSums,
+}
+
+/// Sums over all samples.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+struct ClusterSums {
+    bodies: f64,
+    clusters: f64,
+    largest: f64,
+    /// Σ s² over all clusters.
+    squares: f64,
+    /// Samples with a cluster that percolates along x, along y, along x or y.
+    percolating: [f64; 3],
+}
+
+/// The clusters at one sample.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct ClusterPoint {
+    /// Time of the sample.
+    pub time: f64,
+    /// Number of bodies.
+    pub bodies: u64,
+    /// Number of clusters; a body alone is one.
+    pub clusters: u64,
+    /// Number of bodies in the largest cluster.
+    pub largest: u64,
+    /// Mean size of the cluster of a body, Σ s² n_s / Σ s n_s (bodies).
+    pub weight_mean: f64,
+    /// Whether a cluster percolates along x, and along y.
+    pub wraps: [bool; 2],
+}
+
+impl ClusterPoint {
+    /// Mean size of a cluster, Σ s n_s / Σ n_s (bodies).
+    pub fn number_mean(&self) -> f64 {
+        self.bodies as f64 / self.clusters as f64
+    }
+}
+
+/// A molecule in its place.
+struct PlacedMolecule<'a> {
+    molecule: &'a Molecule,
+    /// (cos θ, sin θ) of its orientation.
+    rotation: DVec2,
+    /// Its bounding radius (length).
+    radius: f64,
+}
+
+impl Clusters {
+    /// Clusters of the bodies of a group with gaps shorter than `gap` (length), by size in
+    /// logarithmic bins up to `bodies`, the number of bodies of the group; larger clusters count in
+    /// the last bin.
+    ///
+    /// # Errors
+    /// [`GeometryError::NotPositive`] if `gap` is not positive and finite.
+    pub fn new(group: Group, gap: f64, bodies: usize) -> Result<Self, GeometryError> {
+        let gap = check_positive("the gap of clusters", gap)?;
+        let bins = bin_of(bodies.max(1) as u64) + 1;
+        Ok(Self {
+            group,
+            gap,
+            series: Vec::new(),
+            counts: vec![0; bins],
+            sums: ClusterSums::default(),
+        })
+    }
+
+    /// The gap (length).
+    pub fn gap(&self) -> f64 {
+        self.gap
+    }
+
+    /// The samples so far.
+    pub fn series(&self) -> &[ClusterPoint] {
+        &self.series
+    }
+
+    /// The smallest size of each bin, and that beyond the last (bodies): 1 to 8, then four bins for
+    /// each octave.
+    pub fn sizes(&self) -> impl Iterator<Item = u64> {
+        (0..=self.counts.len()).map(smallest_of)
+    }
+
+    /// Number of clusters in each bin of sizes over all samples so far.
+    pub fn counts(&self) -> &[u64] {
+        &self.counts
+    }
+
+    /// [Σx, Σw] over all samples so far: the number of clusters and the size of the largest, of
+    /// each sample; the number average and the weight average of the size; whether a cluster
+    /// percolates along x, along y, along x or y, of each sample; then n_s by the number of bodies
+    /// for each bin, the mean over its sizes, so that Σ s n_s = 1.
+    pub fn sums(&self) -> Vec<[f64; 2]> {
+        let samples = self.series.len() as f64;
+        let sums = &self.sums;
+        let [x, y, either] = sums.percolating;
+        let means = [
+            [sums.clusters, samples],
+            [sums.largest, samples],
+            [sums.bodies, sums.clusters],
+            [sums.squares, sums.bodies],
+            [x, samples],
+            [y, samples],
+            [either, samples],
+        ];
+        let of_sizes = self.counts.iter().enumerate().map(|(bin, &count)| {
+            let width = smallest_of(bin + 1) - smallest_of(bin);
+            [count as f64 / width as f64, sums.bodies]
+        });
+        means.into_iter().chain(of_sizes).collect()
+    }
+
+    /// Connects all bodies whose gap is short enough.
+    fn sets(
+        &self,
+        places: &[DVec2],
+        bodies: &[PlacedMolecule<'_>],
+        view: &View<'_>,
+    ) -> DisjointSets {
+        let mut sets = DisjointSets::new(places.len());
+        let cells = CellList::for_nearest(places, view.bounds());
+        for (index, body) in bodies.iter().enumerate() {
+            // Each pair is found from the body with the larger radius, or else the later one.
+            let range = 2.0 * body.radius + self.gap;
+            cells.for_each_image_near(index, range, |other_index, image, displacement| {
+                let other = &bodies[other_index];
+                let is_first = if other_index == index {
+                    image > [0; 2]
+                } else {
+                    (other.radius, other_index) < (body.radius, index)
+                };
+                let farthest = body.radius + other.radius + self.gap;
+                let may_touch = displacement.length_squared() < farthest * farthest;
+                if is_first && may_touch && self.is_near([body, other], displacement) {
+                    sets.connect(index, other_index, image);
+                }
+            });
+        }
+        sets
+    }
+
+    /// Whether the gap of two bodies is short enough.
+    fn is_near(&self, [one, other]: [&PlacedMolecule<'_>; 2], displacement: DVec2) -> bool {
+        let gap = gap_between(
+            one.molecule,
+            one.rotation,
+            other.molecule,
+            other.rotation,
+            displacement,
+        );
+        gap < self.gap
+    }
+}
+
+impl Observer for Clusters {
+    #[inline]
+    fn watches_any(&self) -> bool {
+        false
+    }
+
+    fn sample(&mut self, view: &View<'_>) {
+        let members: Vec<_> = view
+            .bodies()
+            .filter(|body| !body.body.is_wall() && self.group.contains(body.body))
+            .collect();
+        if members.is_empty() {
+            return;
+        }
+        let places: Vec<DVec2> = members.iter().map(|body| body.motion.position).collect();
+        let placed = members.iter().map(|body| PlacedMolecule {
+            molecule: body.body.molecule(),
+            rotation: body.motion.orientation.cos_sin(),
+            radius: body.body.molecule().bounding_radius(),
+        });
+        let sets = self.sets(&places, &placed.collect::<Vec<_>>(), view);
+        let (mut clusters, mut largest, mut squares) = (0, 0, 0.0);
+        let mut wraps = [false; 2];
+        for set in sets.sets() {
+            clusters += 1;
+            largest = largest.max(set.size);
+            squares += (set.size as f64).powi(2);
+            wraps = [wraps[0] | set.wraps[0], wraps[1] | set.wraps[1]];
+            let last = self.counts.len() - 1;
+            self.counts[bin_of(set.size).min(last)] += 1;
+        }
+        let bodies = members.len() as f64;
+        self.sums.bodies += bodies;
+        self.sums.clusters += clusters as f64;
+        self.sums.largest += largest as f64;
+        self.sums.squares += squares;
+        let [x, y] = wraps;
+        for (sum, is_percolating) in self.sums.percolating.iter_mut().zip([x, y, x || y]) {
+            *sum += f64::from(u8::from(is_percolating));
+        }
+        self.series.push(ClusterPoint {
+            time: view.time().to_f64(),
+            bodies: members.len() as u64,
+            clusters,
+            largest,
+            weight_mean: squares / bodies,
+            wraps,
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+    use crate::test_scenes::random_points;
+    use carom_engine::{BumperSpec, Scene, Simulation};
+
+    fn clusters_of(scene: &Scene, gap: f64) -> Clusters {
+        let mut clusters = Clusters::new(Group::All, gap, scene.bumper.len()).unwrap();
+        clusters.sample(&Simulation::new(scene).unwrap().view());
+        clusters
+    }
+
+    /// The only sample of points, as good as, in a box.
+    fn point_of(sides: [f64; 2], places: &[[f64; 2]], gap: f64) -> ClusterPoint {
+        let mut scene = Scene::default();
+        scene.bounds.sides = sides;
+        let bumper = |&at: &[f64; 2]| BumperSpec {
+            radius: 1e-9,
+            at,
+            tags: vec![],
+        };
+        scene.bumper = places.iter().map(bumper).collect();
+        clusters_of(&scene, gap).series()[0]
+    }
+
+    /// Sizes of the clusters of points, ascending, and whether one wraps: from all pairs of bodies
+    /// and images, by a walk that notes where it comes to each body.
+    fn walk(places: &[DVec2], sides: DVec2, gap: f64) -> (Vec<u64>, [bool; 2]) {
+        let mut visited: Vec<Option<[i32; 2]>> = vec![None; places.len()];
+        let (mut sizes, mut wraps) = (Vec::new(), [false; 2]);
+        for start in 0..places.len() {
+            if visited[start].is_some() {
+                continue;
+            }
+            visited[start] = Some([0; 2]);
+            let (mut open, mut size) = (vec![start], 0);
+            while let Some(one) = open.pop() {
+                size += 1;
+                let here = visited[one].unwrap();
+                for other in 0..places.len() {
+                    for image in (-3..=3).flat_map(|x| (-3..=3).map(move |y| [x, y])) {
+                        let shift = sides * DVec2::from(image.map(f64::from));
+                        if (places[other] + shift - places[one]).length() >= gap {
+                            continue;
+                        }
+                        let there = [here[0] + image[0], here[1] + image[1]];
+                        match visited[other] {
+                            None => {
+                                visited[other] = Some(there);
+                                open.push(other);
+                            }
+                            Some(before) => {
+                                wraps[0] |= before[0] != there[0];
+                                wraps[1] |= before[1] != there[1];
+                            }
+                        }
+                    }
+                }
+            }
+            sizes.push(size);
+        }
+        sizes.sort_unstable();
+        (sizes, wraps)
+    }
+
+    #[test]
+    fn random_points_have_the_clusters_of_a_walk_over_all_pairs() {
+        let mut found_wraps = [0; 4];
+        for (count, sides) in [
+            (1, [1.0, 0.7]),
+            (2, [1.0, 0.3]),
+            (3, [0.2, 1.0]),
+            (40, [1.0, 1.0]),
+        ] {
+            for seed in 0..40 {
+                let scene = random_points(count, sides, seed);
+                let places: Vec<DVec2> = scene
+                    .bumper
+                    .iter()
+                    .map(|body| DVec2::from(body.at))
+                    .collect();
+                // From far apart to all connected; the radii of the discs are below rounding.
+                let gap = 0.05 + 0.4 * seed as f64 / 40.0;
+                let clusters = clusters_of(&scene, gap);
+                let (sizes, wraps) = walk(&places, DVec2::from(sides), gap + 2e-9);
+                let point = clusters.series()[0];
+                assert_eq!(point.wraps, wraps, "{count} {seed}");
+                assert_eq!(point.clusters, sizes.len() as u64);
+                assert_eq!(point.largest, *sizes.last().unwrap());
+                let squares: u64 = sizes.iter().map(|size| size * size).sum();
+                assert_eq!(point.weight_mean, squares as f64 / count as f64);
+                let begins: Vec<u64> = clusters.sizes().collect();
+                for (bin, &counted) in clusters.counts().iter().enumerate() {
+                    let expected = sizes
+                        .iter()
+                        .filter(|&&size| (begins[bin]..begins[bin + 1]).contains(&size));
+                    assert_eq!(counted, expected.count() as u64);
+                }
+                found_wraps[usize::from(wraps[0]) + 2 * usize::from(wraps[1])] += 1;
+            }
+        }
+        assert!(
+            found_wraps.iter().all(|&count| count > 3),
+            "{found_wraps:?}"
+        );
+    }
+
+    #[test]
+    fn chains_crosses_and_pairs_are_found() {
+        let sides = [1.0, 2.0];
+        // Ten points along x, 0.1 apart: around the box only if the gap is longer than that.
+        let chain: Vec<[f64; 2]> = (0..10).map(|k| [0.1 * f64::from(k) + 0.03, 1.9]).collect();
+        let point = point_of(sides, &chain, 0.101);
+        assert_eq!((point.clusters, point.largest), (1, 10));
+        assert_eq!(point.wraps, [true, false]);
+        assert_eq!(point_of(sides, &chain, 0.099).clusters, 10);
+        // A chain with a gap is one cluster that does not wrap.
+        let point = point_of(sides, &chain[..9], 0.101);
+        assert_eq!((point.clusters, point.wraps), (1, [false; 2]));
+        // With one along y, through its middle, a cross.
+        let along_y = (0..20).map(|k| [0.53, 0.1 * f64::from(k)]);
+        let along_y = along_y.filter(|place| (place[1] - 1.9).abs() > 0.01);
+        let cross: Vec<[f64; 2]> = chain.iter().copied().chain(along_y).collect();
+        let point = point_of(sides, &cross, 0.101);
+        assert_eq!(
+            (point.bodies, point.clusters, point.wraps),
+            (29, 1, [true; 2])
+        );
+        // A diagonal wraps along both.
+        let diagonal: Vec<[f64; 2]> = (0..10)
+            .map(|k| [0.1 * f64::from(k), 0.2 * f64::from(k)])
+            .collect();
+        assert_eq!(point_of(sides, &diagonal, 0.23).wraps, [true; 2]);
+        // Pairs apart.
+        let pairs: Vec<[f64; 2]> = (0..10)
+            .map(|k| [0.05 * f64::from(k % 2) + 0.98, 0.4 * f64::from(k / 2)])
+            .map(|[x, y]| [x % 1.0, y])
+            .collect();
+        let point = point_of(sides, &pairs, 0.06);
+        assert_eq!(
+            (point.clusters, point.largest, point.weight_mean),
+            (5, 2, 2.0)
+        );
+        assert_eq!((point.number_mean(), point.wraps), (2.0, [false; 2]));
+        // One body, next to its own image along x, and no body.
+        assert_eq!(
+            point_of([0.1, 1.0], &[[0.0, 0.0]], 0.11).wraps,
+            [true, false]
+        );
+        assert!(clusters_of(&Scene::default(), 0.1).series().is_empty());
+    }
+
+    /// The gap of molecules is that of their surfaces, whatever their bounding circles.
+    #[test]
+    fn rods_are_connected_by_the_gap_of_their_surfaces() {
+        // Rods of two discs along x: 0.3 long, 0.1 wide.
+        let rods = |places: &[[f64; 2]]| -> String {
+            let rod = |at: &[f64; 2]| {
+                format!(
+                    "[[molecule]]\natoms = [{{ at = [-0.1, 0], radius = 0.05, mass = 1 }}, \
+                     {{ at = [0.1, 0], radius = 0.05, mass = 1 }}]\nat = {at:?}\nfixed = true\n"
+                )
+            };
+            places.iter().map(rod).collect()
+        };
+        let connected = |places: &[[f64; 2]], gap: f64| {
+            let scene = Scene::from_toml(&rods(places)).unwrap();
+            clusters_of(&scene, gap).series()[0].clusters == 1
+        };
+        // Side by side 0.13 apart, and end to end 0.32 apart: gaps 0.03 and 0.02.
+        let beside = [[0.5, 0.5], [0.5, 0.63]];
+        assert!(connected(&beside, 0.0301) && !connected(&beside, 0.0299));
+        let in_line = [[0.5, 0.5], [0.82, 0.5]];
+        assert!(connected(&in_line, 0.0201) && !connected(&in_line, 0.0199));
+        // A large disc and a small one.
+        let discs = "[[bumper]]\nradius = 0.2\nat = [0.3, 0.3]\n[[bumper]]\nradius = 0.01\nat = [0.3, 0.53]";
+        let scene = Scene::from_toml(discs).unwrap();
+        assert_eq!(clusters_of(&scene, 0.0201).series()[0].clusters, 1);
+        assert_eq!(clusters_of(&scene, 0.0199).series()[0].clusters, 2);
+    }
+
+    /// Continuum percolation of overlapping discs of radius r = gap / 2.
+    #[test]
+    fn independent_discs_percolate_at_their_known_density() {
+        let share = |count: usize, density: f64, seeds: u64| {
+            let gap = 2.0 * (density / (PI * count as f64)).sqrt();
+            let mut clusters = Clusters::new(Group::All, gap, count).unwrap();
+            for seed in 0..seeds {
+                let scene = random_points(count, [1.0; 2], seed);
+                clusters.sample(&Simulation::new(&scene).unwrap().view());
+            }
+            let sums = clusters.sums();
+            let bodies: f64 = clusters
+                .series()
+                .iter()
+                .map(|point| point.bodies as f64)
+                .sum();
+            assert_eq!(bodies, (count as u64 * seeds) as f64);
+            [sums[4], sums[6]].map(|[sum, weight]| sum / weight)
+        };
+        assert_eq!(share(1000, 0.8, 40), [0.0; 2]);
+        assert_eq!(share(1000, 1.5, 40), [1.0; 2]);
+        // At the threshold 1.128 with the probabilities of conformal invariance, 0.5211 and 0.6905.
+        // The standard error of a share p of 400 samples is √(p (1 − p) / 400) < 0.025.
+        let [along_x, either] = share(1000, 1.128, 400);
+        assert!((along_x - 0.5211).abs() < 0.1, "{along_x}");
+        assert!((either - 0.6905).abs() < 0.1, "{either}");
+    }
+
+    #[test]
+    fn degenerate_places_and_gaps_that_are_refused() {
+        for gap in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(Clusters::new(Group::All, gap, 3).is_err());
+        }
+        // All at one place; a square lattice; more bodies than bins.
+        let point = point_of([1.0; 2], &[[0.3, 0.3]; 5], 1e-3);
+        assert_eq!(
+            (point.clusters, point.largest, point.wraps),
+            (1, 5, [false; 2])
+        );
+        let lattice: Vec<[f64; 2]> = (0..64)
+            .map(|k| [0.125 * f64::from(k % 8), 0.125 * f64::from(k / 8)])
+            .collect();
+        assert_eq!(point_of([1.0; 2], &lattice, 0.1251).wraps, [true; 2]);
+        assert_eq!(point_of([1.0; 2], &lattice, 0.1249).clusters, 64);
+        let mut few = Clusters::new(Group::All, 0.2, 0).unwrap();
+        few.sample(
+            &Simulation::new(&random_points(200, [1.0; 2], 1))
+                .unwrap()
+                .view(),
+        );
+        assert_eq!(few.counts(), [few.series()[0].clusters]);
+    }
+}
