@@ -43,6 +43,7 @@
 //! | orientations and angular velocities, correlated in time | [`OrientationCorrelation`] | samples |
 //! | density waves: the structure factor S(k) | [`StructureFactor`] | samples |
 //! | density waves correlated in time: F(k, t) | [`IntermediateScattering`] | samples |
+//! | currents correlated in time: C_L(k, t), C_T(k, t) | [`CurrentCorrelation`] | samples |
 //! | bond orientation: ψₙ | [`HexaticOrder`] | samples |
 //! | disclinations: bodies without six neighbours | [`Disclinations`] | samples |
 //! | nematic, tetratic, k-atic order of orientations | [`OrientationalOrder`] | samples |
@@ -75,6 +76,7 @@ mod coarse_atoms;
 mod collision_rate;
 mod contact_density;
 mod contact_log;
+mod currents;
 mod delaunay;
 mod direction_histogram;
 mod disc_area;
@@ -113,6 +115,7 @@ mod pressure;
 mod pressure_tensor;
 mod projection_histogram;
 mod running_average;
+mod scattering_scales;
 mod structural_relaxation;
 mod structure_factor;
 mod subscriptions;
@@ -132,6 +135,7 @@ pub use body_frame_diffusion::{BodyFrameDiffusion, BodyFramePoint};
 pub use collision_rate::{CollisionRate, RatePoint};
 pub use contact_density::{ContactDensity, ContactPoint};
 pub use contact_log::{ContactLog, LoggedContact};
+pub use currents::{CurrentCorrelation, CurrentPoint};
 pub use direction_histogram::DirectionHistogram;
 pub use disclinations::{CountedBody, DefectPoint, Disclinations};
 pub use distribution::{AdaptiveHistogram, Bins};
@@ -148,9 +152,7 @@ pub use helfand::{HelfandMoment, HelfandPoint};
 pub use hexatic_order::{HexaticOrder, HexaticPoint, Neighbours};
 pub use histogram::Histogram;
 pub use impulse_log::{Impulse, ImpulseLog};
-pub use intermediate_scattering::{
-    IntermediateScattering, ScatteringError, ScatteringPoint, ScatteringScales,
-};
+pub use intermediate_scattering::{IntermediateScattering, ScatteringPoint};
 pub use isotropy::Isotropy;
 pub use lyapunov::{LyapunovError, LyapunovSpectrum};
 pub use maps::{BoxMap, density_map, order_map};
@@ -166,6 +168,7 @@ pub use pressure::{Pressure, PressurePoint};
 pub use pressure_tensor::{PressureTensor, TensorPoint};
 pub use projection_histogram::{BodyAxis, ProjectionHistogram};
 pub use running_average::{RunningAverage, RunningPoint};
+pub use scattering_scales::{ScatteringError, ScatteringScales};
 pub use structural_relaxation::{
     RelaxationPoint, RelaxationScales, ScalesError, StructuralRelaxation,
 };

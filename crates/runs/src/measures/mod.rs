@@ -9,6 +9,7 @@ mod body_frame_diffusion;
 mod collision_rate;
 mod contact_density;
 mod correlation;
+mod currents;
 mod defects;
 mod directions;
 mod drift;
@@ -86,7 +87,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 41] = [
+pub const KINDS: [MeasureKind; 42] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -103,6 +104,7 @@ pub const KINDS: [MeasureKind; 41] = [
     pair_distribution::KIND,
     structure_factor::KIND,
     intermediate_scattering::KIND,
+    currents::KIND,
     hexatic_order::KIND,
     k_atic::NEMATIC,
     k_atic::TETRATIC,

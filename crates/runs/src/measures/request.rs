@@ -17,9 +17,10 @@ use crate::schedule::stages;
 const ROUNDING: f64 = 1e-9;
 
 /// Measures that follow bodies between contacts on straight lines.
-const STRAIGHT_FLIGHT: [&str; 10] = [
+const STRAIGHT_FLIGHT: [&str; 11] = [
     "body-frame-diffusion",
     "correlation",
+    "currents",
     "drift",
     "free-path",
     "heat-conductivity",

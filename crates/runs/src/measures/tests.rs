@@ -280,7 +280,7 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
                 "heat-conductivity", "energy", "collision-rate", "pressure", "impulses:tee", "events:gas,tee",
                 "kicks:tee", "fields:gas", "profile:gas", "front:gas", "nematic:tee", "tetratic", "k-atic:tee",
                 "defects:gas", "body-frame-diffusion:tee", "relaxation:gas", "intermediate-scattering:gas,tee",
-                "van-hove:gas", "lyapunov"]
+                "van-hove:gas", "lyapunov", "currents:gas"]
         "#,
     );
     assert!(gas.unwrap_err().contains("equal discs"));
