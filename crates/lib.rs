@@ -68,7 +68,7 @@ pub use carom_geometry::{Atom, Molecule, PeriodicBox, Shape};
 pub use carom_kinematics::{EpochTime, Motion, Orientation};
 pub use carom_observers::{
     BodyFrameDiffusion, CollisionRate, ContactDensity, CurrentCorrelation,
-    DirectionHistogram, Disclinations, EnergyLedger, FreePaths, Group,
+    DirectionHistogram, Disclinations, DistinctVanHove, EnergyLedger, FreePaths, Group,
     HelfandMoment, HexaticOrder, IntermediateScattering, OrientationCorrelation,
     OrientationalOrder, OverlapCheck, PairDistribution, Pressure, PressureTensor,
     ProjectionHistogram, RunningAverage, SelfVanHove, StructuralRelaxation, StructureFactor,

@@ -40,6 +40,7 @@
 //! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | samples |
 //! | structural relaxation: F_s(k, t), α₂(t), Q(t), χ₄(t) | [`StructuralRelaxation`] | samples |
 //! | distribution of displacements: van Hove G_s(r, t) | [`SelfVanHove`] | samples |
+//! | distances to the other bodies after a lag: van Hove G_d(r, t) | [`DistinctVanHove`] | samples |
 //! | orientations and angular velocities, correlated in time | [`OrientationCorrelation`] | samples |
 //! | density waves: the structure factor S(k) | [`StructureFactor`] | samples |
 //! | density waves correlated in time: F(k, t) | [`IntermediateScattering`] | samples |
@@ -81,6 +82,7 @@ mod delaunay;
 mod direction_histogram;
 mod disc_area;
 mod disclinations;
+mod distinct_van_hove;
 mod distribution;
 mod drawn_contours;
 mod drift;
@@ -138,6 +140,7 @@ pub use contact_log::{ContactLog, LoggedContact};
 pub use currents::{CurrentCorrelation, CurrentPoint};
 pub use direction_histogram::DirectionHistogram;
 pub use disclinations::{CountedBody, DefectPoint, Disclinations};
+pub use distinct_van_hove::{DistinctCurve, DistinctVanHove, DistinctVanHoveError};
 pub use distribution::{AdaptiveHistogram, Bins};
 pub use drift::Drift;
 pub use energy_ledger::{EnergyLedger, LedgerPoint};

@@ -54,6 +54,7 @@ mod thermostat;
 mod tracked;
 mod transport;
 mod van_hove;
+mod van_hove_distinct;
 mod velocities;
 mod viscosity;
 mod wall_energy;
@@ -87,7 +88,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 42] = [
+pub const KINDS: [MeasureKind; 43] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -98,6 +99,7 @@ pub const KINDS: [MeasureKind; 42] = [
     correlation::KIND,
     relaxation::KIND,
     van_hove::KIND,
+    van_hove_distinct::KIND,
     orientation::KIND,
     body_frame_diffusion::KIND,
     friction::KIND,

@@ -17,7 +17,7 @@ use crate::schedule::stages;
 const ROUNDING: f64 = 1e-9;
 
 /// Measures that follow bodies between contacts on straight lines.
-const STRAIGHT_FLIGHT: [&str; 11] = [
+const STRAIGHT_FLIGHT: [&str; 12] = [
     "body-frame-diffusion",
     "correlation",
     "currents",
@@ -28,6 +28,7 @@ const STRAIGHT_FLIGHT: [&str; 11] = [
     "kicks",
     "relaxation",
     "van-hove",
+    "van-hove-distinct",
     "viscosity",
 ];
 

@@ -26,6 +26,7 @@ fn names_are_refused_with_their_reason() {
         "pair-distribution:a,b",
         "structure-factor:a,b",
         "intermediate-scattering:a,b",
+        "van-hove-distinct:a,b",
     ] {
         assert!(asked(&[good]).is_ok(), "{good}");
     }
@@ -280,7 +281,8 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
                 "heat-conductivity", "energy", "collision-rate", "pressure", "impulses:tee", "events:gas,tee",
                 "kicks:tee", "fields:gas", "profile:gas", "front:gas", "nematic:tee", "tetratic", "k-atic:tee",
                 "defects:gas", "body-frame-diffusion:tee", "relaxation:gas", "intermediate-scattering:gas,tee",
-                "van-hove:gas", "lyapunov", "currents:gas"]
+                "van-hove:gas", "lyapunov", "currents:gas",
+                "van-hove-distinct:gas,tee"]
         "#,
     );
     assert!(gas.unwrap_err().contains("equal discs"));
