@@ -67,7 +67,7 @@ pub use carom_engine::{
 pub use carom_geometry::{Atom, Molecule, PeriodicBox, Shape};
 pub use carom_kinematics::{EpochTime, Motion, Orientation};
 pub use carom_observers::{
-    BodyFrameDiffusion, CollisionRate, ContactDensity, CurrentCorrelation,
+    BodyFrameDiffusion, BondOrderCorrelation, CollisionRate, ContactDensity, CurrentCorrelation,
     DirectionHistogram, Disclinations, DistinctVanHove, EnergyLedger, FreePaths, Group,
     HelfandMoment, HexaticOrder, IntermediateScattering, OrientationCorrelation,
     OrientationalOrder, OverlapCheck, PairDistribution, Pressure, PressureTensor,

@@ -46,6 +46,7 @@
 //! | density waves correlated in time: F(k, t) | [`IntermediateScattering`] | samples |
 //! | currents correlated in time: C_L(k, t), C_T(k, t) | [`CurrentCorrelation`] | samples |
 //! | bond orientation: ψₙ | [`HexaticOrder`] | samples |
+//! | bond orientation of two bodies by their distance: g₆(r) | [`BondOrderCorrelation`] | samples |
 //! | disclinations: bodies without six neighbours | [`Disclinations`] | samples |
 //! | nematic, tetratic, k-atic order of orientations | [`OrientationalOrder`] | samples |
 //! | displacements along and across the axis of a body, in its own frame | [`BodyFrameDiffusion`] | samples |
@@ -72,6 +73,7 @@
 
 mod body_frame;
 mod body_frame_diffusion;
+mod bond_order_correlation;
 mod cell_list;
 mod coarse_atoms;
 mod collision_rate;
@@ -134,6 +136,7 @@ mod wall_pressure;
 mod wave_vectors;
 
 pub use body_frame_diffusion::{BodyFrameDiffusion, BodyFramePoint};
+pub use bond_order_correlation::{BondOrderCorrelation, BondOrderPoint};
 pub use collision_rate::{CollisionRate, RatePoint};
 pub use contact_density::{ContactDensity, ContactPoint};
 pub use contact_log::{ContactLog, LoggedContact};

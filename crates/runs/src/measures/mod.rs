@@ -6,6 +6,7 @@
 
 mod billiard;
 mod body_frame_diffusion;
+mod bond_order_correlation;
 mod collision_rate;
 mod contact_density;
 mod correlation;
@@ -88,7 +89,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 43] = [
+pub const KINDS: [MeasureKind; 44] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -108,6 +109,7 @@ pub const KINDS: [MeasureKind; 43] = [
     intermediate_scattering::KIND,
     currents::KIND,
     hexatic_order::KIND,
+    bond_order_correlation::KIND,
     k_atic::NEMATIC,
     k_atic::TETRATIC,
     k_atic::K_ATIC,

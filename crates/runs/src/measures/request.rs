@@ -247,7 +247,7 @@ pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
 }
 
 /// Other names of measures, as in the literature and in other programs.
-const ALIASES: [(&str, &str); 12] = [
+const ALIASES: [(&str, &str); 13] = [
     ("msd", "correlation"),
     ("vacf", "correlation"),
     ("rdf", "pair-distribution"),
@@ -255,6 +255,7 @@ const ALIASES: [(&str, &str); 12] = [
     ("s(k)", "structure-factor"),
     ("psi6", "hexatic-order"),
     ("bond-order", "hexatic-order"),
+    ("g6", "bond-order-correlation"),
     ("katic", "k-atic"),
     ("disclinations", "defects"),
     ("stress", "pressure-tensor"),
