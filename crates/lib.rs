@@ -72,7 +72,7 @@ pub use carom_observers::{
     HelfandMoment, HexaticOrder, IntermediateScattering, OrientationCorrelation,
     OrientationalOrder, OverlapCheck, PairDistribution, Pressure, PressureTensor,
     ProjectionHistogram, RunningAverage, SelfVanHove, StructuralRelaxation, StructureFactor,
-    Subscriptions, TemperatureByTag, ThermostatLedger, TimeCorrelation,
+    StructureFactorMap, Subscriptions, TemperatureByTag, ThermostatLedger, TimeCorrelation,
     VelocityDistribution,
 };
 pub use carom_response::{Elasticity, Impact, Response};

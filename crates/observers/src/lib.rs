@@ -43,6 +43,7 @@
 //! | distances to the other bodies after a lag: van Hove G_d(r, t) | [`DistinctVanHove`] | samples |
 //! | orientations and angular velocities, correlated in time | [`OrientationCorrelation`] | samples |
 //! | density waves: the structure factor S(k) | [`StructureFactor`] | samples |
+//! | density waves by their direction: S(k_x, k_y) | [`StructureFactorMap`] | samples |
 //! | density waves correlated in time: F(k, t) | [`IntermediateScattering`] | samples |
 //! | currents correlated in time: C_L(k, t), C_T(k, t) | [`CurrentCorrelation`] | samples |
 //! | bond orientation: ψₙ | [`HexaticOrder`] | samples |
@@ -122,6 +123,7 @@ mod running_average;
 mod scattering_scales;
 mod structural_relaxation;
 mod structure_factor;
+mod structure_factor_map;
 mod subscriptions;
 mod tag_filter;
 mod temperature;
@@ -179,6 +181,7 @@ pub use structural_relaxation::{
     RelaxationPoint, RelaxationScales, ScalesError, StructuralRelaxation,
 };
 pub use structure_factor::{ShellsError, StructureFactor, StructurePoint};
+pub use structure_factor_map::{StructureFactorMap, StructureMapError, StructureMapPoint};
 pub use subscriptions::{EventKind, SubscriptionKey, Subscriptions};
 pub use tag_filter::TagFilter;
 pub use temperature::{TemperatureByTag, TemperaturePoint};

@@ -49,6 +49,7 @@ mod selection;
 mod single;
 mod slope;
 mod structure_factor;
+mod structure_factor_map;
 mod temperature;
 mod thermal;
 mod thermostat;
@@ -89,7 +90,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 44] = [
+pub const KINDS: [MeasureKind; 45] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -106,6 +107,7 @@ pub const KINDS: [MeasureKind; 44] = [
     friction::KIND,
     pair_distribution::KIND,
     structure_factor::KIND,
+    structure_factor_map::KIND,
     intermediate_scattering::KIND,
     currents::KIND,
     hexatic_order::KIND,

@@ -247,12 +247,13 @@ pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
 }
 
 /// Other names of measures, as in the literature and in other programs.
-const ALIASES: [(&str, &str); 13] = [
+const ALIASES: [(&str, &str); 14] = [
     ("msd", "correlation"),
     ("vacf", "correlation"),
     ("rdf", "pair-distribution"),
     ("g(r)", "pair-distribution"),
     ("s(k)", "structure-factor"),
+    ("diffraction", "structure-factor-map"),
     ("psi6", "hexatic-order"),
     ("bond-order", "hexatic-order"),
     ("g6", "bond-order-correlation"),
