@@ -67,11 +67,12 @@ pub use carom_engine::{
 pub use carom_geometry::{Atom, Molecule, PeriodicBox, Shape};
 pub use carom_kinematics::{EpochTime, Motion, Orientation};
 pub use carom_observers::{
-    BodyFrameDiffusion, CollisionRate, ContactDensity, DirectionHistogram, Disclinations,
-    EnergyLedger, FreePaths, Group, HelfandMoment, HexaticOrder, IntermediateScattering,
-    OrientationCorrelation, OrientationalOrder, OverlapCheck, PairDistribution, Pressure,
-    PressureTensor, ProjectionHistogram, RunningAverage, SelfVanHove, StructuralRelaxation,
-    StructureFactor, Subscriptions, TemperatureByTag, ThermostatLedger, TimeCorrelation,
+    BodyFrameDiffusion, BondOrderCorrelation, CollisionRate, ContactDensity, CurrentCorrelation,
+    DirectionHistogram, Disclinations, DistinctVanHove, EnergyLedger, FreePaths, Group,
+    HelfandMoment, HexaticOrder, IntermediateScattering, OrientationCorrelation,
+    OrientationalOrder, OverlapCheck, PairDistribution, Pressure, PressureTensor,
+    ProjectionHistogram, RunningAverage, SelfVanHove, StructuralRelaxation, StructureFactor,
+    StructureFactorMap, Subscriptions, TemperatureByTag, ThermostatLedger, TimeCorrelation,
     VelocityDistribution,
 };
 pub use carom_response::{Elasticity, Impact, Response};

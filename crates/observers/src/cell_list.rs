@@ -59,7 +59,7 @@ impl<'a> CellList<'a> {
         };
         let cell_of: Vec<usize> = (0..places.len())
             .map(|index| {
-                let [x, y] = list.cell(index);
+                let [x, y] = list.cell(places[index]);
                 x + y * cells[0]
             })
             .collect();
@@ -74,9 +74,9 @@ impl<'a> CellList<'a> {
         list
     }
 
-    /// Column and row of a body.
-    fn cell(&self, index: usize) -> [usize; 2] {
-        let place = self.places[index] / self.sides;
+    /// Column and row of a place in the box.
+    fn cell(&self, place: DVec2) -> [usize; 2] {
+        let place = place / self.sides;
         let axis = |place: f64, cells: usize| ((place * cells as f64) as usize).min(cells - 1);
         [axis(place.x, self.cells[0]), axis(place.y, self.cells[1])]
     }
@@ -108,7 +108,7 @@ impl<'a> CellList<'a> {
     /// Adds the bodies in the cells `ring` columns or rows away, and no farther.
     fn collect_ring(&self, index: usize, ring: usize, found: &mut Vec<(f64, DVec2)>) {
         let [columns, rows] = self.cells;
-        let [column, row] = self.cell(index);
+        let [column, row] = self.cell(self.places[index]);
         for (y, up) in near(row, rows, ring) {
             for (x, across) in near(column, columns, ring) {
                 if up.max(across) != ring {
@@ -132,18 +132,10 @@ impl<'a> CellList<'a> {
         let [columns, rows] = self.cells;
         let cutoff_squared = cutoff * cutoff;
         for cell in 0..columns * rows {
-            let [x, y] = [cell % columns, cell / columns];
-            // With one or two cells along a side, each is visited once.
-            let near = |at: usize, cells: usize| {
-                (0..cells.min(3)).map(move |step| (at + cells - 1 + step) % cells)
-            };
-            for other in near(y, rows).flat_map(|y| near(x, columns).map(move |x| x + y * columns))
-            {
+            for other in self.cells_near([cell % columns, cell / columns]) {
                 for i in self.members_of(cell) {
                     for j in self.members_of(other).filter(|&j| j != i) {
-                        // Minimum image: a component of the distance is at most half a side.
-                        let apart = (self.sorted[j] - self.sorted[i]).abs();
-                        let squared = apart.min(self.sides - apart).length_squared();
+                        let squared = self.squared_distance(self.sorted[i], j);
                         if squared < cutoff_squared {
                             f([self.members[i], self.members[j]], squared);
                         }
@@ -179,6 +171,35 @@ impl<'a> CellList<'a> {
                 }
             }
         }
+    }
+
+    /// Calls `f` with the index of each body closer than `cutoff`, less than half the shorter side,
+    /// to a place in the box, and its squared distance.
+    pub(crate) fn for_each_within(&self, place: DVec2, cutoff: f64, mut f: impl FnMut(usize, f64)) {
+        for cell in self.cells_near(self.cell(place)) {
+            for j in self.members_of(cell) {
+                let squared = self.squared_distance(place, j);
+                if squared < cutoff * cutoff {
+                    f(self.members[j], squared);
+                }
+            }
+        }
+    }
+
+    /// A cell and those around it. With one or two cells along a side, each is listed once.
+    fn cells_near(&self, [x, y]: [usize; 2]) -> impl Iterator<Item = usize> + use<> {
+        let [columns, rows] = self.cells;
+        let near = |at: usize, cells: usize| {
+            (0..cells.min(3)).map(move |step| (at + cells - 1 + step) % cells)
+        };
+        near(y, rows).flat_map(move |y| near(x, columns).map(move |x| x + y * columns))
+    }
+
+    /// The squared distance from a place in the box to one of the sorted, in its nearest image: a
+    /// component of the distance is at most half a side.
+    fn squared_distance(&self, place: DVec2, sorted: usize) -> f64 {
+        let apart = (self.sorted[sorted] - place).abs();
+        apart.min(self.sides - apart).length_squared()
     }
 
     /// The places in `members` of the bodies of a cell.

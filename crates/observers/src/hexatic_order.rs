@@ -176,7 +176,7 @@ pub(crate) fn complex_orders(view: &View<'_>) -> Vec<DVec2> {
 }
 
 /// ψₙ of each body, real and imaginary part; `None` without enough neighbours.
-fn orders(
+pub(crate) fn orders(
     places: &[DVec2],
     view: &View<'_>,
     (symmetry, neighbours): (u32, Neighbours),

@@ -84,6 +84,12 @@ impl Histogram {
         self.low + (bin as f64 + 0.5) * self.width
     }
 
+    /// Area of the ring of a bin of distances, π (r₂² − r₁²) = 2π r w with the centre r (unit of
+    /// the values, squared).
+    pub(crate) fn ring_area(&self, bin: usize) -> f64 {
+        std::f64::consts::TAU * self.centre(bin) * self.width
+    }
+
     /// Probability density in each bin, counts / (total × width), in 1 / unit of the values; all 0
     /// without values.
     pub fn densities(&self) -> Vec<f64> {

@@ -8,24 +8,17 @@
 //! [`StructuralRelaxation`](crate::StructuralRelaxation) measures.
 
 use carom_engine::{Observer, View};
-use carom_geometry::{GeometryError, PeriodicBox, check_positive};
+use carom_geometry::PeriodicBox;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
-use thiserror::Error;
 
 use crate::{
     Group,
     lags::{Clock, LaggedSample, Lags, PairSums},
     moving_frame::MovingFrame,
-    wave_vectors::{nearest_shells, sums_of_waves},
+    scattering_scales::{ChosenWaves, ScatteringError, ScatteringScales},
+    wave_vectors::sums_of_waves,
 };
-
-/// The largest number of shells. The cost of a sample is the number of bodies times that of wave
-/// vectors, in a square box two to seven a shell.
-const MAX_SHELLS: usize = 1000;
-
-/// The most wave vectors with |n_x| and n_y up to those of k: the search goes through them.
-const MAX_VECTORS: f64 = 1e7;
 
 /// Intermediate scattering function of two groups, or of one with itself.
 ///
@@ -68,27 +61,11 @@ const MAX_VECTORS: f64 = 1e7;
 #[doc(alias = "coherent scattering function")]
 pub struct IntermediateScattering {
     groups: [Group; 2],
-    bounds: PeriodicBox,
-    vectors: Vec<[i64; 2]>,
-    /// |k| of each vector.
-    wave_numbers: Vec<f64>,
+    chosen: ChosenWaves,
     clock: Clock,
     frame: MovingFrame,
     lags: Lags<[DVec2; 2], Products>,
     passed_over: u64,
-}
-
-/// The wave number and the times of an [`IntermediateScattering`].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct ScatteringScales {
-    /// Wave number k (1 / length).
-    pub wave_number: f64,
-    /// Number of shells of wave vectors of the box whose length is nearest to k, 1 to 1000.
-    pub shells: usize,
-    /// Time between samples.
-    pub spacing: f64,
-    /// Longest lag (time); below one spacing it is taken as one spacing.
-    pub longest: f64,
 }
 
 /// The average at one lag.
@@ -101,29 +78,6 @@ pub struct ScatteringPoint {
     pub pairs: u64,
     /// F(k, t).
     pub scattering: f64,
-}
-
-/// A wave number, number of shells or time that is out of range.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[non_exhaustive]
-pub enum ScatteringError {
-    /// A number is not positive and finite.
-    #[error(transparent)]
-    NotPositive(#[from] GeometryError),
-    /// The number of shells is 0 or too large.
-    #[error("the number of shells must be 1 to {MAX_SHELLS}, but is {shells}")]
-    Shells {
-        /// The number given.
-        shells: usize,
-    },
-    /// The box has too many wave vectors up to k.
-    #[error("the wave number k must be at most {most} in this box, but is {wave_number}")]
-    TooShort {
-        /// The given k (1 / length).
-        wave_number: f64,
-        /// The largest k (1 / length).
-        most: f64,
-    },
 }
 
 /// Σ Re ρ_a(t₀ + t) ρ_b*(t₀) / √(N_a N_b).
@@ -149,30 +103,11 @@ impl IntermediateScattering {
         bounds: &PeriodicBox,
         scales: ScatteringScales,
     ) -> Result<Self, ScatteringError> {
-        let wave_number = check_positive("the wave number k", scales.wave_number)?;
-        let shells = scales.shells;
-        if !(1..=MAX_SHELLS).contains(&shells) {
-            return Err(ScatteringError::Shells { shells });
-        }
-        // n_x n_y = k² A / (2π)², and n_x alone in a narrow box.
-        let sides = bounds.sides() / std::f64::consts::TAU;
-        let most = (MAX_VECTORS / (sides.x * sides.y))
-            .sqrt()
-            .min(MAX_VECTORS / sides.max_element());
-        if wave_number > most {
-            return Err(ScatteringError::TooShort { wave_number, most });
-        }
+        let chosen = ChosenWaves::new(bounds, &scales)?;
         let (clock, lags) = Lags::new(scales.spacing, scales.longest)?;
-        let shells = nearest_shells(bounds, wave_number, shells);
-        let of_vectors = |number: f64, count: usize| std::iter::repeat_n(number, count);
         Ok(Self {
             groups,
-            bounds: *bounds,
-            wave_numbers: shells
-                .iter()
-                .flat_map(|shell| of_vectors(shell.wave_number, shell.vectors.len()))
-                .collect(),
-            vectors: shells.into_iter().flat_map(|shell| shell.vectors).collect(),
+            chosen,
             clock,
             frame: MovingFrame::default(),
             lags,
@@ -182,7 +117,7 @@ impl IntermediateScattering {
 
     /// |k| of each wave vector, in ascending order (1 / length); k and −k count as one.
     pub fn wave_numbers(&self) -> &[f64] {
-        &self.wave_numbers
+        &self.chosen.wave_numbers
     }
 
     /// F so far in ascending order of lag, from lag 0 on; lags without pairs are omitted.
@@ -224,7 +159,7 @@ impl IntermediateScattering {
 
     /// ρ / √N of a group for each wave vector; `None` for an empty group.
     fn waves(&self, view: &View<'_>, group: Group) -> Option<Vec<DVec2>> {
-        let sides = self.bounds.sides();
+        let sides = self.chosen.bounds.sides();
         let members = view
             .bodies()
             .filter(|view| !view.body.is_wall() && group.contains(view.body));
@@ -232,7 +167,7 @@ impl IntermediateScattering {
             .map(|view| (view.motion.position - self.frame.displacement) / sides)
             .collect();
         let root = (places.len() as f64).sqrt();
-        let mut waves = sums_of_waves(&places, &self.vectors);
+        let mut waves = sums_of_waves(&places, &self.chosen.vectors);
         for wave in &mut waves {
             *wave /= root;
         }
@@ -252,7 +187,7 @@ impl Observer for IntermediateScattering {
 
     fn sample(&mut self, view: &View<'_>) {
         self.frame.follow(view);
-        if *view.bounds() != self.bounds {
+        if *view.bounds() != self.chosen.bounds {
             self.passed_over += 1;
             return;
         }
@@ -310,7 +245,7 @@ mod tests {
         assert!(drift.length() > 0.1);
         let mut functions = [[a, a], [a, b], [Group::All; 2]]
             .map(|groups| IntermediateScattering::new(groups, &bounds, scales(25.0, 3)).unwrap());
-        let vectors = functions[0].vectors.clone();
+        let vectors = functions[0].chosen.vectors.clone();
         let mut frames: Vec<Vec<[DVec2; 3]>> = Vec::new();
         for sample in 0..60 {
             let time = 0.02 * f64::from(sample);

@@ -73,7 +73,7 @@ struct Level<S, T> {
     sums: Vec<LagSum<T>>,
 }
 
-impl<S: Copy, T: PairSums<S>> Lags<S, T> {
+impl<S: Clone, T: PairSums<S>> Lags<S, T> {
     /// Lags up to `longest` (time) of samples that are `spacing` (time) apart; a `longest` below
     /// one spacing is taken as one spacing.
     ///
@@ -95,22 +95,34 @@ impl<S: Copy, T: PairSums<S>> Lags<S, T> {
         longest: f64,
         empty: &T,
     ) -> Result<(Clock, Self), GeometryError> {
+        Self::with_sums_by(spacing, longest, |_| empty.clone())
+    }
+
+    /// Lags as of [`new`](Self::new), with the sums of no pairs at each lag (spacings).
+    ///
+    /// # Errors
+    /// [`GeometryError::NotPositive`] if `spacing` or `longest` is not positive and finite.
+    pub(crate) fn with_sums_by(
+        spacing: f64,
+        longest: f64,
+        empty: impl Fn(u64) -> T,
+    ) -> Result<(Clock, Self), GeometryError> {
         let spacing = check_positive("the spacing of samples", spacing)?;
         let longest = check_positive("the longest lag", longest)?;
         let spacings = ((longest / spacing * (1.0 + EVENNESS)) as u64).clamp(1, MAX_SPACINGS);
         let strides = (0..)
             .map(|level| RATIO.pow(level))
             .take_while(|&stride| stride <= spacings);
-        let sum = || LagSum {
+        let sum = |spacings: u64| LagSum {
             pairs: 0,
-            sums: empty.clone(),
+            sums: empty(spacings),
         };
         let level = |stride: u64| {
-            let lags = (spacings / stride).min(RATIO - 1) as usize;
+            let lags = (spacings / stride).min(RATIO - 1);
             Level {
                 stride,
                 past: VecDeque::new(),
-                sums: vec![sum(); lags],
+                sums: (1..=lags).map(|count| sum(count * stride)).collect(),
             }
         };
         let levels = strides.map(level).collect();
@@ -122,7 +134,7 @@ impl<S: Copy, T: PairSums<S>> Lags<S, T> {
             Self {
                 taken: 0,
                 uneven: 0,
-                at_zero: sum(),
+                at_zero: sum(0),
                 levels,
             },
         ))
@@ -196,7 +208,7 @@ impl<S: Copy, T: PairSums<S>> Lags<S, T> {
     }
 }
 
-impl<S: Copy, T: PairSums<S>> Level<S, T> {
+impl<S: Clone, T: PairSums<S>> Level<S, T> {
     fn take(&mut self, now: &[LaggedSample<S>]) {
         for (sum, past) in self.sums.iter_mut().zip(&self.past) {
             sum.add(past, now);

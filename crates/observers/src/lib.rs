@@ -41,10 +41,14 @@
 //! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | samples |
 //! | structural relaxation: F_s(k, t), α₂(t), Q(t), χ₄(t) | [`StructuralRelaxation`] | samples |
 //! | distribution of displacements: van Hove G_s(r, t) | [`SelfVanHove`] | samples |
+//! | distances to the other bodies after a lag: van Hove G_d(r, t) | [`DistinctVanHove`] | samples |
 //! | orientations and angular velocities, correlated in time | [`OrientationCorrelation`] | samples |
 //! | density waves: the structure factor S(k) | [`StructureFactor`] | samples |
+//! | density waves by their direction: S(k_x, k_y) | [`StructureFactorMap`] | samples |
 //! | density waves correlated in time: F(k, t) | [`IntermediateScattering`] | samples |
+//! | currents correlated in time: C_L(k, t), C_T(k, t) | [`CurrentCorrelation`] | samples |
 //! | bond orientation: ψₙ | [`HexaticOrder`] | samples |
+//! | bond orientation of two bodies by their distance: g₆(r) | [`BondOrderCorrelation`] | samples |
 //! | disclinations: bodies without six neighbours | [`Disclinations`] | samples |
 //! | clusters of bodies nearer than a gap, percolation | [`Clusters`] | samples |
 //! | areas of the Voronoi cells and their neighbours | [`VoronoiCells`] | samples |
@@ -74,6 +78,7 @@
 
 mod body_frame;
 mod body_frame_diffusion;
+mod bond_order_correlation;
 mod cell_list;
 mod clusters;
 mod coarse_atoms;
@@ -81,11 +86,13 @@ mod collision_rate;
 mod contact_density;
 mod contact_log;
 mod crossings;
+mod currents;
 mod delaunay;
 mod direction_histogram;
 mod disc_area;
 mod disclinations;
 mod disjoint_sets;
+mod distinct_van_hove;
 mod distribution;
 mod drawn_contours;
 mod drift;
@@ -121,9 +128,11 @@ mod pressure;
 mod pressure_tensor;
 mod projection_histogram;
 mod running_average;
+mod scattering_scales;
 mod size_bins;
 mod structural_relaxation;
 mod structure_factor;
+mod structure_factor_map;
 mod subscriptions;
 mod tag_filter;
 mod temperature;
@@ -139,13 +148,16 @@ mod wall_pressure;
 mod wave_vectors;
 
 pub use body_frame_diffusion::{BodyFrameDiffusion, BodyFramePoint};
+pub use bond_order_correlation::{BondOrderCorrelation, BondOrderPoint};
 pub use clusters::{ClusterPoint, Clusters};
 pub use collision_rate::{CollisionRate, RatePoint};
 pub use contact_density::{ContactDensity, ContactPoint};
 pub use contact_log::{ContactLog, LoggedContact};
 pub use crossings::{Crossing, CrossingPoint, Crossings, SegmentError};
+pub use currents::{CurrentCorrelation, CurrentPoint};
 pub use direction_histogram::DirectionHistogram;
 pub use disclinations::{CountedBody, DefectPoint, Disclinations};
+pub use distinct_van_hove::{DistinctCurve, DistinctVanHove, DistinctVanHoveError};
 pub use distribution::{AdaptiveHistogram, Bins};
 pub use drift::Drift;
 pub use energy_ledger::{EnergyLedger, LedgerPoint};
@@ -161,9 +173,7 @@ pub use hexatic_order::{HexaticOrder, HexaticPoint, Neighbours};
 pub use histogram::Histogram;
 pub use impulse_log::{Impulse, ImpulseLog};
 pub use incidence::Incidence;
-pub use intermediate_scattering::{
-    IntermediateScattering, ScatteringError, ScatteringPoint, ScatteringScales,
-};
+pub use intermediate_scattering::{IntermediateScattering, ScatteringPoint};
 pub use isotropy::Isotropy;
 pub use lyapunov::{LyapunovError, LyapunovSpectrum};
 pub use maps::{BoxMap, density_map, order_map};
@@ -179,10 +189,12 @@ pub use pressure::{Pressure, PressurePoint};
 pub use pressure_tensor::{PressureTensor, TensorPoint};
 pub use projection_histogram::{BodyAxis, ProjectionHistogram};
 pub use running_average::{RunningAverage, RunningPoint};
+pub use scattering_scales::{ScatteringError, ScatteringScales};
 pub use structural_relaxation::{
     RelaxationPoint, RelaxationScales, ScalesError, StructuralRelaxation,
 };
 pub use structure_factor::{ShellsError, StructureFactor, StructurePoint};
+pub use structure_factor_map::{StructureFactorMap, StructureMapError, StructureMapPoint};
 pub use subscriptions::{EventKind, SubscriptionKey, Subscriptions};
 pub use tag_filter::TagFilter;
 pub use temperature::{TemperatureByTag, TemperaturePoint};

@@ -75,6 +75,19 @@ pub enum CutoffError {
     },
 }
 
+/// The longest distance of pairs in a box, if it is valid (length).
+///
+/// # Errors
+/// [`CutoffError`] if it is not positive or not less than half the shorter side of the box.
+pub(crate) fn check_cutoff(bounds: &PeriodicBox, cutoff: f64) -> Result<f64, CutoffError> {
+    let cutoff = check_positive("the cutoff of a pair distribution", cutoff)?;
+    let half = 0.5 * bounds.sides().min_element();
+    if cutoff >= half {
+        return Err(CutoffError::BeyondHalf { cutoff, half });
+    }
+    Ok(cutoff)
+}
+
 impl PairDistribution {
     /// Distances from bodies of the first group to those of the second, in `bins` bins from 0 to
     /// `cutoff` (length); `bins` = 0 is taken as 1.
@@ -88,11 +101,7 @@ impl PairDistribution {
         cutoff: f64,
         bins: usize,
     ) -> Result<Self, CutoffError> {
-        let cutoff = check_positive("the cutoff of a pair distribution", cutoff)?;
-        let half = 0.5 * bounds.sides().min_element();
-        if cutoff >= half {
-            return Err(CutoffError::BeyondHalf { cutoff, half });
-        }
+        let cutoff = check_cutoff(bounds, cutoff)?;
         let distances = Histogram::new(0.0, cutoff, bins);
         Ok(Self {
             groups,
@@ -109,15 +118,10 @@ impl PairDistribution {
         if self.pairs_per_area == 0.0 {
             return Vec::new();
         }
-        let point = |(bin, &pairs): (usize, &u64)| {
-            // π (r₂² − r₁²) = 2π r w at the centre r of the bin.
-            let distance = self.distances.centre(bin);
-            let shell = std::f64::consts::TAU * distance * self.distances.width();
-            PairPoint {
-                distance,
-                pairs,
-                g: pairs as f64 / (self.pairs_per_area * shell),
-            }
+        let point = |(bin, &pairs): (usize, &u64)| PairPoint {
+            distance: self.distances.centre(bin),
+            pairs,
+            g: pairs as f64 / (self.pairs_per_area * self.distances.ring_area(bin)),
         };
         self.distances
             .counts()
@@ -131,8 +135,10 @@ impl PairDistribution {
     /// is their ratio.
     pub fn sums(&self) -> Vec<[f64; 2]> {
         let of = |(bin, &pairs): (usize, &u64)| {
-            let shell = std::f64::consts::TAU * self.distances.centre(bin) * self.distances.width();
-            [pairs as f64 / shell, self.pairs_per_area]
+            [
+                pairs as f64 / self.distances.ring_area(bin),
+                self.pairs_per_area,
+            ]
         };
         self.distances.counts().iter().enumerate().map(of).collect()
     }

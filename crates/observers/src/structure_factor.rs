@@ -146,20 +146,48 @@ impl StructureFactor {
             .collect()
     }
 
-    /// The places of the bodies of a group in units of the sides.
-    fn places(&self, view: &View<'_>, group: Group) -> Vec<DVec2> {
-        let sides = self.bounds.sides();
-        let members = view
-            .bodies()
-            .filter(|view| !view.body.is_wall() && group.contains(view.body));
-        members.map(|view| view.motion.position / sides).collect()
-    }
-
     /// The number of samples skipped because their box differs from that of the constructor, or
     /// because a group was empty.
     pub fn passed_over(&self) -> u64 {
         self.passed_over
     }
+}
+
+/// Re ρ_a(k) ρ_b(−k) / √(N_a N_b) of one sample for each wave vector of a box; `None` in another
+/// box or if a group is empty.
+pub(crate) fn products_of_waves(
+    view: &View<'_>,
+    bounds: &PeriodicBox,
+    groups: [Group; 2],
+    vectors: &[[i64; 2]],
+) -> Option<Vec<f64>> {
+    // In units of the sides.
+    let places = groups.map(|group| -> Vec<DVec2> {
+        let members = view
+            .bodies()
+            .filter(|view| !view.body.is_wall() && group.contains(view.body));
+        members
+            .map(|view| view.motion.position / bounds.sides())
+            .collect()
+    });
+    if *view.bounds() != *bounds || places.iter().any(Vec::is_empty) {
+        return None;
+    }
+    let [first, second] = &places;
+    let waves = sums_of_waves(first, vectors);
+    let others = if groups[0] == groups[1] {
+        waves.clone()
+    } else {
+        sums_of_waves(second, vectors)
+    };
+    // Exact for equal groups: the root of a square.
+    let count = (first.len() as f64 * second.len() as f64).sqrt();
+    let products = waves.iter().zip(&others);
+    Some(
+        products
+            .map(|(one, other)| one.dot(*other) / count)
+            .collect(),
+    )
 }
 
 impl Observer for StructureFactor {
@@ -169,32 +197,19 @@ impl Observer for StructureFactor {
     }
 
     fn sample(&mut self, view: &View<'_>) {
-        let places = self.groups.map(|group| self.places(view, group));
-        if *view.bounds() != self.bounds || places.iter().any(Vec::is_empty) {
-            self.passed_over += 1;
-            return;
-        }
         let vectors: Vec<[i64; 2]> = self
             .shells
             .iter()
             .flat_map(|shell| shell.vectors.iter().copied())
             .collect();
-        let [first, second] = &places;
-        let waves = sums_of_waves(first, &vectors);
-        let others = if self.groups[0] == self.groups[1] {
-            waves.clone()
-        } else {
-            sums_of_waves(second, &vectors)
+        let Some(products) = products_of_waves(view, &self.bounds, self.groups, &vectors) else {
+            self.passed_over += 1;
+            return;
         };
-        // Exact for equal groups: the root of a square.
-        let count = (first.len() as f64 * second.len() as f64).sqrt();
-        let mut products = waves
-            .iter()
-            .zip(&others)
-            .map(|(one, other)| one.dot(*other));
+        let mut products = products.into_iter();
         for shell in &mut self.shells {
             for product in products.by_ref().take(shell.vectors.len()) {
-                shell.sum += product / count;
+                shell.sum += product;
             }
         }
         self.samples += 1;

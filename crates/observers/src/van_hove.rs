@@ -66,10 +66,10 @@ pub struct SelfVanHove {
     lags: Lags<DVec2, Distances>,
 }
 
-/// The bins and times of a [`SelfVanHove`].
+/// The bins and times of a [`SelfVanHove`] or a [`DistinctVanHove`](crate::DistinctVanHove).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct DisplacementBins {
-    /// Largest displacement in the bins (length).
+    /// Largest displacement or distance in the bins (length).
     pub distance: f64,
     /// Number of bins of equal width, 1 to 10 000.
     pub bins: usize,
@@ -118,6 +118,17 @@ impl PairSums<DVec2> for Distances {
     }
 }
 
+impl DisplacementBins {
+    /// The bins without counts.
+    pub(crate) fn empty(&self) -> Result<Histogram, DisplacementBinsError> {
+        let distance = check_positive("the largest displacement", self.distance)?;
+        if !(1..=MAX_BINS).contains(&self.bins) {
+            return Err(DisplacementBinsError::Bins { bins: self.bins });
+        }
+        Ok(Histogram::new(0.0, distance, self.bins))
+    }
+}
+
 impl SelfVanHove {
     /// Distributions up to the lag `longest` of samples that are `spacing` apart.
     ///
@@ -127,11 +138,7 @@ impl SelfVanHove {
     /// [`DisplacementBinsError`] if a length or time is not positive and finite, or the number of
     /// bins is 0 or above 10 000.
     pub fn new(group: Group, bins: DisplacementBins) -> Result<Self, DisplacementBinsError> {
-        let distance = check_positive("the largest displacement", bins.distance)?;
-        if !(1..=MAX_BINS).contains(&bins.bins) {
-            return Err(DisplacementBinsError::Bins { bins: bins.bins });
-        }
-        let empty = Histogram::new(0.0, distance, bins.bins);
+        let empty = bins.empty()?;
         let (clock, lags) = Lags::with_sums(bins.spacing, bins.longest, &Distances(empty.clone()))?;
         Ok(Self {
             group,
@@ -148,7 +155,7 @@ impl SelfVanHove {
         let lags = self.lags.each(&self.clock).filter(|(_, sum)| sum.pairs > 0);
         lags.map(|(lag, sum)| {
             let counts = sum.sums.0.counts().to_vec();
-            let density = |(bin, &count): (usize, &u64)| count as f64 / self.area(bin);
+            let density = |(bin, &count): (usize, &u64)| count as f64 / self.bins.ring_area(bin);
             VanHoveCurve {
                 lag,
                 pairs: sum.pairs,
@@ -185,7 +192,9 @@ impl SelfVanHove {
         let Some((_, sum)) = self.lags.each(&self.clock).nth(place) else {
             return Vec::new();
         };
-        let of = |(bin, &count): (usize, &u64)| [count as f64 / self.area(bin), sum.pairs as f64];
+        let of = |(bin, &count): (usize, &u64)| {
+            [count as f64 / self.bins.ring_area(bin), sum.pairs as f64]
+        };
         sum.sums.0.counts().iter().enumerate().map(of).collect()
     }
 
@@ -196,11 +205,6 @@ impl SelfVanHove {
     /// kept.
     pub fn uneven(&self) -> u64 {
         self.lags.uneven()
-    }
-
-    /// Area of the ring of a bin, π (r₂² − r₁²) = 2π r w with the centre r (length²).
-    fn area(&self, bin: usize) -> f64 {
-        std::f64::consts::TAU * self.bins.centre(bin) * self.bins.width()
     }
 }
 

@@ -1,4 +1,5 @@
-//! Wave vectors of a periodic box in shells of equal length, and Σ exp(i k·x) over bodies.
+//! Wave vectors of a periodic box in shells of equal length, and Σ exp(i k·x) over bodies,
+//! also with weights.
 //!
 //! The wave vectors are k = 2π (n_x / Lx, n_y / Ly) without k = 0; of k and −k, whose sums are
 //! complex conjugates, there is one.
@@ -126,20 +127,38 @@ const LANES: usize = 4;
 /// Where the powers up to the largest number cost more than the waves of the vectors themselves,
 /// the powers come from two short tables.
 pub(crate) fn sums_of_waves(places: &[DVec2], vectors: &[[i64; 2]]) -> Vec<DVec2> {
+    sums_of_weighted_waves(places, vectors, |_| 1.0)
+}
+
+/// Σ w exp(2πi (n_x x + n_y y)) over places as of [`sums_of_waves`], w the weight of a place by its
+/// index.
+pub(crate) fn sums_of_weighted_waves(
+    places: &[DVec2],
+    vectors: &[[i64; 2]],
+    weight: impl Fn(usize) -> f64,
+) -> Vec<DVec2> {
     if largest(vectors, 0) + largest(vectors, 1) > POWERS_PER_WAVE * vectors.len() {
-        sums_by_factors(places, vectors)
+        sums_by_factors(places, vectors, weight)
     } else {
-        sums_by_powers(places, vectors)
+        sums_by_powers(places, vectors, weight)
     }
 }
 
-/// Σ exp(2πi (n_x x + n_y y)) over places by products of two powers along each axis.
-fn sums_by_factors(places: &[DVec2], vectors: &[[i64; 2]]) -> Vec<DVec2> {
+/// Σ w exp(2πi (n_x x + n_y y)) over places by products of two powers along each axis.
+fn sums_by_factors(
+    places: &[DVec2],
+    vectors: &[[i64; 2]],
+    weight: impl Fn(usize) -> f64,
+) -> Vec<DVec2> {
     let [mut across, mut up] = [0, 1].map(|axis| Factors::new(largest(vectors, axis)));
     let mut sums = vec![DVec2::ZERO; vectors.len()];
-    for block in places.chunks(BLOCK) {
-        across.set(block.iter().map(|place| place.x));
-        up.set(block.iter().map(|place| place.y));
+    for (block, begin) in places.chunks(BLOCK).zip((0..).step_by(BLOCK)) {
+        across.set(block.iter().map(|place| (place.x, 1.0)));
+        up.set(
+            (begin..)
+                .zip(block)
+                .map(|(index, place)| (place.y, weight(index))),
+        );
         for (sum, &[x, y]) in sums.iter_mut().zip(vectors) {
             let [real, imaginary] = product(&across.wave(x), &up.wave(y));
             *sum += DVec2::new(real.iter().sum(), imaginary.iter().sum());
@@ -148,8 +167,12 @@ fn sums_by_factors(places: &[DVec2], vectors: &[[i64; 2]]) -> Vec<DVec2> {
     sums
 }
 
-/// Σ exp(2πi (n_x x + n_y y)) over places by products of powers.
-fn sums_by_powers(places: &[DVec2], vectors: &[[i64; 2]]) -> Vec<DVec2> {
+/// Σ w exp(2πi (n_x x + n_y y)) over places by products of powers.
+fn sums_by_powers(
+    places: &[DVec2],
+    vectors: &[[i64; 2]],
+    weight: impl Fn(usize) -> f64,
+) -> Vec<DVec2> {
     let mut pairs: Vec<[usize; 2]> = vectors
         .iter()
         .map(|vector| vector.map(|number| number.unsigned_abs() as usize))
@@ -158,9 +181,13 @@ fn sums_by_powers(places: &[DVec2], vectors: &[[i64; 2]]) -> Vec<DVec2> {
     pairs.dedup();
     let [mut across, mut up] = [0, 1].map(|axis| Powers::new(largest(vectors, axis)));
     let mut sums = vec![[0.0; 4]; pairs.len()];
-    for block in places.chunks(BLOCK) {
-        across.set(block.iter().map(|place| place.x));
-        up.set(block.iter().map(|place| place.y));
+    for (block, begin) in places.chunks(BLOCK).zip((0..).step_by(BLOCK)) {
+        across.set(block.iter().map(|place| (place.x, 1.0)));
+        up.set(
+            (begin..)
+                .zip(block)
+                .map(|(index, place)| (place.y, weight(index))),
+        );
         for (sums, &[x, y]) in sums.iter_mut().zip(&pairs) {
             let products = sums_of_products(&across.0[x], &up.0[y]);
             for (sum, product) in sums.iter_mut().zip(products) {
@@ -207,14 +234,15 @@ impl Powers {
         Self(vec![[[0.0; BLOCK]; 2]; largest + 1])
     }
 
-    /// Computes the powers for places x in turns; those that a short block lacks are 0.
-    fn set(&mut self, turns: impl Iterator<Item = f64>) {
+    /// Computes the powers for places x in turns, times a weight; those that a short block lacks
+    /// are 0.
+    fn set(&mut self, turns: impl Iterator<Item = (f64, f64)>) {
         let mut first = [[0.0; BLOCK]; 2];
         self.0[0] = [[0.0; BLOCK]; 2];
-        for (place, x) in turns.enumerate() {
+        for (place, (x, weight)) in turns.enumerate() {
             let DVec2 { x: cos, y: sin } = Orientation::from_turns(x).cos_sin();
             (first[0][place], first[1][place]) = (cos, sin);
-            self.0[0][0][place] = 1.0;
+            self.0[0][0][place] = weight;
         }
         for n in 1..self.0.len() {
             let [real, imaginary] = self.0[n - 1];
@@ -246,12 +274,13 @@ impl Factors {
         }
     }
 
-    /// Computes the powers for places x in turns.
-    fn set(&mut self, turns: impl Iterator<Item = f64> + Clone) {
+    /// Computes the powers for places x in turns, times a weight.
+    fn set(&mut self, turns: impl Iterator<Item = (f64, f64)> + Clone) {
         // Exact: the stride is a power of two.
         let stride = self.stride as f64;
-        self.high.set(turns.clone().map(|x| x * stride));
-        self.low.set(turns);
+        self.high
+            .set(turns.clone().map(|(x, weight)| (x * stride, weight)));
+        self.low.set(turns.map(|(x, _)| (x, 1.0)));
     }
 
     /// exp(2πi n x) of the bodies of the block, |n| up to the largest.
@@ -288,16 +317,28 @@ mod tests {
             .map(|body| DVec2::new(f64::from(body) * 0.381_966, f64::from(body).sqrt()) % 1.0)
             .collect();
         let vectors = [[1, 0], [0, 1], [-7, 3], [40, 200], [-200, 0], [13, 13]];
-        let by_powers = sums_by_powers(&places, &vectors);
-        let by_factors = sums_by_factors(&places, &vectors);
+        let weight = |place: usize| (place as f64).cos();
+        let by_powers = sums_by_powers(&places, &vectors, |_| 1.0);
+        let by_factors = sums_by_factors(&places, &vectors, |_| 1.0);
+        let weighted_by_powers = sums_by_powers(&places, &vectors, weight);
+        let weighted_by_factors = sums_by_factors(&places, &vectors, weight);
         for (index, [x, y]) in vectors.into_iter().enumerate() {
             let turns = DVec2::new(x as f64, y as f64);
             let wave = |place: &DVec2| Orientation::from_turns(turns.dot(*place)).cos_sin();
             let direct: DVec2 = places.iter().map(wave).sum();
-            for found in [by_powers[index], by_factors[index]] {
+            let weighted: DVec2 = (0..)
+                .zip(&places)
+                .map(|(index, place)| weight(index) * wave(place))
+                .sum();
+            for (found, expected) in [
+                (by_powers[index], direct),
+                (by_factors[index], direct),
+                (weighted_by_powers[index], weighted),
+                (weighted_by_factors[index], weighted),
+            ] {
                 assert!(
-                    (found - direct).length() < 1e-11,
-                    "{x} {y}: {found} {direct}"
+                    (found - expected).length() < 1e-11,
+                    "{x} {y}: {found} {expected}"
                 );
             }
         }

@@ -66,7 +66,7 @@ pub struct Level {
 pub struct TableGrid {
     /// Columns and rows.
     pub counts: [usize; 2],
-    /// Width and height, from 0 to as far beyond the last middle of a cell as the first is from 0.
+    /// Width and height of all cells. A single column or row reaches from 0 to twice its middle.
     pub sides: [f64; 2],
 }
 
@@ -433,10 +433,18 @@ impl Table {
             .take_while(|&place| Some(place) == y.first())
             .count();
         let is_full = columns > 0 && x.len() == y.len() && x.len().is_multiple_of(columns);
-        let sides = [&x, &y].map(|places| Some(places.first()? + places.last()?));
+        let counts = [columns, x.len().checked_div(columns)?];
+        let side = |places: &[f64], count: usize| {
+            let (first, last) = (places.first()?, places.last()?);
+            Some(if count > 1 {
+                (last - first) * count as f64 / (count - 1) as f64
+            } else {
+                first + last
+            })
+        };
         Some(TableGrid {
-            counts: [columns, x.len().checked_div(columns)?],
-            sides: [sides[0]?, sides[1]?],
+            counts,
+            sides: [side(&x, counts[0])?, side(&y, counts[1])?],
         })
         .filter(|grid| is_full && grid.sides.iter().all(|side| *side > 0.0))
     }

@@ -15,12 +15,17 @@ use super::{
 /// Default number of shells: 40 to 80 wave vectors in a square box.
 const SHELLS: f64 = 8.0;
 
-const SHELLS_NEAR: Parameter = Parameter::up_to(
-    "shells",
-    1000.0,
-    Default::Number(SHELLS),
-    "shells of wave vectors of the box nearest to k",
-);
+const SHELLS_NEAR: Parameter = shells_near(SHELLS);
+
+/// The number of shells nearest to k, with this default.
+pub(super) const fn shells_near(default: f64) -> Parameter {
+    Parameter::up_to(
+        "shells",
+        1000.0,
+        Default::Number(default),
+        "shells of wave vectors of the box nearest to k",
+    )
+}
 
 pub(super) const KIND: MeasureKind = MeasureKind {
     name: "intermediate-scattering",
@@ -34,18 +39,22 @@ pub(super) const KIND: MeasureKind = MeasureKind {
 };
 
 fn scattering(selection: &Selection<'_>) -> Result<IntermediateScattering> {
-    let scales = ScatteringScales {
-        wave_number: wave_number(selection)?,
-        shells: selection.whole(SHELLS_NEAR.name),
-        spacing: selection.interval(),
-        longest: selection.longest_lag(),
-    };
     let bounds = selection.view.bounds();
     Ok(IntermediateScattering::new(
         selection.groups(),
         bounds,
-        scales,
+        scales(selection)?,
     )?)
+}
+
+/// The wave number, shells and lags of a kind that has these parameters.
+pub(super) fn scales(selection: &Selection<'_>) -> Result<ScatteringScales> {
+    Ok(ScatteringScales {
+        wave_number: wave_number(selection)?,
+        shells: selection.whole(SHELLS_NEAR.name),
+        spacing: selection.interval(),
+        longest: selection.longest_lag(),
+    })
 }
 
 impl Measured for IntermediateScattering {

@@ -6,11 +6,13 @@
 
 mod billiard;
 mod body_frame_diffusion;
+mod bond_order_correlation;
 mod clusters;
 mod collision_rate;
 mod contact_density;
 mod correlation;
 mod crossings;
+mod currents;
 mod defects;
 mod directions;
 mod drift;
@@ -50,12 +52,14 @@ mod selection;
 mod single;
 mod slope;
 mod structure_factor;
+mod structure_factor_map;
 mod temperature;
 mod thermal;
 mod thermostat;
 mod tracked;
 mod transport;
 mod van_hove;
+mod van_hove_distinct;
 mod velocities;
 mod viscosity;
 mod voronoi;
@@ -90,7 +94,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 43] = [
+pub const KINDS: [MeasureKind; 49] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -101,13 +105,17 @@ pub const KINDS: [MeasureKind; 43] = [
     correlation::KIND,
     relaxation::KIND,
     van_hove::KIND,
+    van_hove_distinct::KIND,
     orientation::KIND,
     body_frame_diffusion::KIND,
     friction::KIND,
     pair_distribution::KIND,
     structure_factor::KIND,
+    structure_factor_map::KIND,
     intermediate_scattering::KIND,
+    currents::KIND,
     hexatic_order::KIND,
+    bond_order_correlation::KIND,
     k_atic::NEMATIC,
     k_atic::TETRATIC,
     k_atic::K_ATIC,

@@ -10,7 +10,7 @@ use super::{
 
 /// Cutoff of distances in diameters, and bins for each diameter: the sum of the radii of the
 /// largest bodies of both groups.
-const DIAMETERS: f64 = 5.0;
+pub(super) const DIAMETERS: f64 = 5.0;
 const BINS_PER_DIAMETER: f64 = 50.0;
 
 /// Largest number of bins that the scene does not give.
@@ -20,22 +20,28 @@ const MAX_BINS: f64 = 1e5;
 /// the curvature of ln g.
 const CONTACT_BINS: usize = 5;
 
+/// The number of bins of distances, with this default.
+pub(super) const fn bins(default: &'static str) -> Parameter {
+    Parameter::whole("bins", Default::FromScene(default), "bins up to 'max'")
+}
+
+/// The longest distance of pairs, with this default.
+pub(super) const fn longest(default: &'static str) -> Parameter {
+    Parameter::positive(
+        "max",
+        Default::FromScene(default),
+        "longest distance (length)",
+    )
+}
+
 pub(super) const KIND: MeasureKind = MeasureKind {
     name: "pair-distribution",
     summary: "pair distribution function g(r) of the centres of mass; with two tags, of the pairs of both groups",
     of: Of::TwoGroups,
     span: Span::Measurement,
     parameters: &[
-        Parameter::whole(
-            "bins",
-            Default::FromScene("50 for each diameter"),
-            "bins up to 'max'",
-        ),
-        Parameter::positive(
-            "max",
-            Default::FromScene("5 diameters of the largest bodies"),
-            "longest distance (length)",
-        ),
+        bins("50 for each diameter"),
+        longest("5 diameters of the largest bodies"),
     ],
     figures: &["g(r) at contact"],
     start: |selection| Ok(in_blocks(observer(selection)?)),
@@ -43,27 +49,48 @@ pub(super) const KIND: MeasureKind = MeasureKind {
 };
 
 fn observer(selection: &Selection<'_>) -> anyhow::Result<PairDistribution> {
-    let groups = selection.groups();
-    let [one, other] = groups.map(|group| selection.largest_radius(group));
-    let diameter = one + other;
-    // Slightly less than half the shorter side: beyond it, periodic images would be missed.
-    let half = 0.499 * selection.view.bounds().sides().min_element();
-    // A whole number of bins, so that contact is the edge of a bin.
-    let width = diameter / BINS_PER_DIAMETER;
-    let longest = selection
-        .given("max")
-        .unwrap_or((DIAMETERS * diameter).min(half));
-    let bins = (longest / width).floor().clamp(1.0, MAX_BINS);
-    let (cutoff, bins) = match selection.given("bins") {
-        Some(bins) => (longest, bins as usize),
-        None => (bins * width, bins as usize),
-    };
+    let (cutoff, bins) = distances(selection, DIAMETERS, BINS_PER_DIAMETER);
     Ok(PairDistribution::new(
-        groups,
+        selection.groups(),
         selection.view.bounds(),
         cutoff,
         bins,
     )?)
+}
+
+/// The diameter of the largest bodies: the sum of the radii of both groups (length).
+fn diameter(selection: &Selection<'_>) -> f64 {
+    let [one, other] = selection
+        .groups()
+        .map(|group| selection.largest_radius(group));
+    one + other
+}
+
+/// The longest distance of pairs, if the scene does not give it: so many diameters, but less than
+/// half the shorter side (length).
+pub(super) fn longest_distance(selection: &Selection<'_>, diameters: f64) -> f64 {
+    // Slightly less than half: beyond it, periodic images would be missed.
+    let half = 0.499 * selection.view.bounds().sides().min_element();
+    (diameters * diameter(selection)).min(half)
+}
+
+/// The longest distance `max` of pairs and the number of `bins` up to it, as given, or so many
+/// diameters with so many bins each.
+pub(super) fn distances(
+    selection: &Selection<'_>,
+    diameters: f64,
+    bins_per_diameter: f64,
+) -> (f64, usize) {
+    // A whole number of bins, so that contact is the edge of a bin.
+    let width = diameter(selection) / bins_per_diameter;
+    let longest = selection
+        .given("max")
+        .unwrap_or_else(|| longest_distance(selection, diameters));
+    let bins = (longest / width).floor().clamp(1.0, MAX_BINS);
+    match selection.given("bins") {
+        Some(bins) => (longest, bins as usize),
+        None => (bins * width, bins as usize),
+    }
 }
 
 impl Measured for PairDistribution {

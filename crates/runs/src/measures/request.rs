@@ -17,9 +17,10 @@ use crate::schedule::stages;
 const ROUNDING: f64 = 1e-9;
 
 /// Measures that follow bodies between contacts on straight lines.
-const STRAIGHT_FLIGHT: [&str; 10] = [
+const STRAIGHT_FLIGHT: [&str; 12] = [
     "body-frame-diffusion",
     "correlation",
+    "currents",
     "drift",
     "free-path",
     "heat-conductivity",
@@ -27,6 +28,7 @@ const STRAIGHT_FLIGHT: [&str; 10] = [
     "kicks",
     "relaxation",
     "van-hove",
+    "van-hove-distinct",
     "viscosity",
 ];
 
@@ -245,14 +247,16 @@ pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
 }
 
 /// Other names of measures, as in the literature and in other programs.
-const ALIASES: [(&str, &str); 13] = [
+const ALIASES: [(&str, &str); 15] = [
     ("msd", "correlation"),
     ("vacf", "correlation"),
     ("rdf", "pair-distribution"),
     ("g(r)", "pair-distribution"),
     ("s(k)", "structure-factor"),
+    ("diffraction", "structure-factor-map"),
     ("psi6", "hexatic-order"),
     ("bond-order", "hexatic-order"),
+    ("g6", "bond-order-correlation"),
     ("katic", "k-atic"),
     ("disclinations", "defects"),
     ("stress", "pressure-tensor"),

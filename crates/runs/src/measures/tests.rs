@@ -26,6 +26,7 @@ fn names_are_refused_with_their_reason() {
         "pair-distribution:a,b",
         "structure-factor:a,b",
         "intermediate-scattering:a,b",
+        "van-hove-distinct:a,b",
     ] {
         assert!(asked(&[good]).is_ok(), "{good}");
     }
@@ -280,7 +281,9 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
                 "heat-conductivity", "energy", "collision-rate", "pressure", "impulses:tee", "events:gas,tee",
                 "kicks:tee", "fields:gas", "profile:gas", "front:gas", "nematic:tee", "tetratic", "k-atic:tee",
                 "defects:gas", "body-frame-diffusion:tee", "relaxation:gas", "intermediate-scattering:gas,tee",
-                "van-hove:gas", "lyapunov", "crossings:gas", "incidence:gas", "clusters:gas", "voronoi:gas"]
+                "van-hove:gas", "lyapunov", "crossings:gas", "incidence:gas", "clusters:gas", "voronoi:gas",
+                "currents:gas", "van-hove-distinct:gas,tee", "bond-order-correlation:gas",
+                "structure-factor-map:gas,tee"]
         "#,
     );
     assert!(gas.unwrap_err().contains("equal discs"));
@@ -1119,6 +1122,89 @@ fn displacements_of_a_dilute_gas_are_those_of_free_flight() {
         (tau.value - expected).abs() < 5.0 * error && error < 0.03 * expected,
         "{tau:?}"
     );
+}
+
+/// Currents against free flight, and G_d at lag 0, g₆ and S(k_x, k_y) against other measures.
+#[test]
+fn currents_and_functions_of_places_agree_with_other_measures() {
+    let (results, _) = measured(
+        r#"
+            [box]
+            seed = 5
+            [[gas]]
+            radius = 0.002
+            mass = 2.0
+            temperature = 3.0
+            velocities = "maxwell"
+            count = 100
+            [run]
+            until = 8.0
+            sample_interval = 0.002
+            observe = ["hexatic-order"]
+            [[measure]]
+            kind = "currents"
+            k = 60.0
+            shells = 4
+            max = 0.012
+            [[measure]]
+            kind = "pair-distribution"
+            bins = 8
+            max = 0.3
+            every = 40
+            [[measure]]
+            kind = "van-hove-distinct"
+            bins = 8
+            distance = 0.3
+            max = 0.1
+            every = 40
+            [[measure]]
+            kind = "bond-order-correlation"
+            bins = 8
+            max = 0.3
+            every = 40
+            [[measure]]
+            kind = "structure-factor"
+            shells = 1
+            every = 40
+            [[measure]]
+            kind = "structure-factor-map"
+            max = 20.0
+            every = 40
+        "#,
+    );
+    let currents = table(&results, "currents");
+    for row in 0..=3 {
+        for name in ["longitudinal", "transverse"] {
+            let [found, error, predicted] = ["", "_error", "_predicted"]
+                .map(|end| column(currents, &format!("{name}{end}"))[row].unwrap());
+            assert!(
+                (found - predicted).abs() < 5.0 * error + 0.01 * predicted.abs() && error < 0.1,
+                "{name} {row}: {found} ± {error}, not {predicted}"
+            );
+        }
+    }
+    // x = 60² · 1.5 · 0.008²: the longitudinal current has decayed more.
+    let last = |name: &str| column(currents, name)[4].unwrap();
+    assert!(last("longitudinal") < 0.9 * last("transverse"));
+    let g = column(table(&results, "pair-distribution"), "g");
+    let at_0 = column(table(&results, "van-hove-distinct"), "density_at_0");
+    for (g, density) in g.iter().zip(at_0) {
+        assert!((density.unwrap() / 99.0 - g.unwrap()).abs() < 1e-9);
+    }
+    let order = table(&results, "bond-order-correlation");
+    assert_eq!(
+        order.header(),
+        ["distance", "pairs", "correlation", "correlation_error"]
+    );
+    assert!(column(order, "correlation")[7].unwrap().abs() < 0.01);
+    let map = table(&results, "structure-factor-map");
+    let grid = map.grid().unwrap();
+    assert_eq!(grid.counts, [7, 7]);
+    let s = column(map, "s");
+    assert_eq!((s[24], s[23], s[31]), (None, s[25], s[17]));
+    let mean = 0.5 * (s[25].unwrap() + s[31].unwrap());
+    let shell = column(table(&results, "structure-factor"), "s")[0].unwrap();
+    assert!((mean - shell).abs() < 1e-12, "{mean} {shell}");
 }
 
 /// Equilibrium pushes no free body on average; it pushes a fixed one towards its neighbour.

@@ -59,6 +59,25 @@ impl Thermal {
         })
     }
 
+    /// C_L(k, t) and C_T(k, t) of free flight and independent places, averaged over wave numbers k
+    /// (length² / time²). Where the variances along x and y differ, they have their mean.
+    pub(super) fn currents(&self, wave_numbers: &[f64], lag: f64) -> Option<[f64; 2]> {
+        let of_wave = |variance: f64, wave_number: f64, is_along: bool| {
+            let square = (wave_number * lag).powi(2) * variance;
+            let along = if is_along { 1.0 - square } else { 1.0 };
+            variance * along * (-0.5 * square).exp()
+        };
+        let component = |is_along: bool| {
+            self.mean(|[x, y]| {
+                let waves = wave_numbers
+                    .iter()
+                    .map(|&wave_number| of_wave(0.5 * (x + y), wave_number, is_along));
+                waves.sum::<f64>() / wave_numbers.len() as f64
+            })
+        };
+        Some([component(true)?, component(false)?])
+    }
+
     /// G_s(r, t) of free flight (1 / length²), averaged over the ring between two displacements:
     /// the share exp(−r²/2σ²) of the bodies has moved farther than r, with σ² = ⟨v_x²⟩ t². Where
     /// the variances along x and y differ, σ² is their mean.
@@ -113,6 +132,16 @@ mod tests {
         let all = std::f64::consts::PI * 1e4 * thermal.displacements([0.0, 1e2], 2.0).unwrap();
         assert!((all - 1.0).abs() < 1e-12);
         assert_eq!(thermal.displacements([0.0, 1.0], 0.0), None);
+        // One mass without the conservation of momentum, at x = 1.
+        let single = Thermal {
+            temperature: Some(2.0),
+            masses: vec![(8.0, 3)],
+            shared: [0.0; 2],
+        };
+        let [along, across] = single.currents(&[4.0], 0.5).unwrap();
+        assert!(along.abs() < 1e-15 && (across - 0.25 * f64::exp(-0.5)).abs() < 1e-15);
+        let equal_times = single.currents(&[4.0, 9.0], 0.0);
+        assert_eq!(equal_times, Some([0.25; 2]));
         let none = Thermal {
             masses: vec![],
             ..thermal
