@@ -145,9 +145,9 @@ impl<'a> CellList<'a> {
         }
     }
 
-    /// Calls `f` with the index, the image (boxes) and the displacement (length) of each body within
-    /// `range` of one, in all its images, and of others in the same cells. The body itself is one of
-    /// them, and its images are if the box is as narrow as `range`.
+    /// Calls `f` with the index, the image (boxes) and the displacement (length) of each body
+    /// within `range` of one, in all its images, and of others in the same cells. The body itself
+    /// is one of them, and its images are if the box is as narrow as `range`.
     pub(crate) fn for_each_image_near(
         &self,
         index: usize,

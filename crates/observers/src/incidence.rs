@@ -12,8 +12,8 @@ use crate::{AdaptiveHistogram, Group};
 /// sin φ of the velocity of a centre of mass before each contact with a fixed body, relative to it;
 /// positive to the left of the normal that points from the fixed body.
 ///
-/// The law of the cosine holds for bodies that do not turn, as smooth discs; the spin of others adds
-/// to the velocity of the point that touches.
+/// The law of the cosine holds for bodies that do not turn, as smooth discs; the spin of others
+/// adds to the velocity of the point that touches.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};

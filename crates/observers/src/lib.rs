@@ -153,7 +153,7 @@ pub use clusters::{ClusterPoint, Clusters};
 pub use collision_rate::{CollisionRate, RatePoint};
 pub use contact_density::{ContactDensity, ContactPoint};
 pub use contact_log::{ContactLog, LoggedContact};
-pub use crossings::{Crossing, CrossingPoint, Crossings, SegmentError};
+pub use crossings::{CrossingPoint, Crossings, SegmentCrossing, SegmentError};
 pub use currents::{CurrentCorrelation, CurrentPoint};
 pub use direction_histogram::DirectionHistogram;
 pub use disclinations::{CountedBody, DefectPoint, Disclinations};

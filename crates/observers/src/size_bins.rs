@@ -1,5 +1,5 @@
-//! Logarithmic bins of whole numbers from 1 on: each octave [2ʲ, 2ʲ⁺¹) has four bins, and those of 1
-//! to 7 have one number each.
+//! Logarithmic bins of whole numbers from 1 on: each octave [2ʲ, 2ʲ⁺¹) has four bins, and those of
+//! 1 to 7 have one number each.
 
 /// Number of bins of an octave.
 const PER_OCTAVE: u64 = 4;

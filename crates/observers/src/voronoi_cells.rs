@@ -2,10 +2,10 @@
 //! of bodies whose cells share an edge with it.
 //!
 //! Places are centres of mass; areas are relative to the mean area a₀ of the cells of the same
-//! sample. For independent, uniform positions the area a has ⟨(a/a₀)²⟩ = 1.2802 (E. N. Gilbert, Ann.
-//! Math. Stat. 33 (1962) 958), so that the variance of a/a₀ is 0.2802; in a lattice it is 0. The
-//! free share of a cell with a disc of radius r is 1 − πr²/a: in the densest lattice of discs
-//! 1 − π/√12 = 0.0931.
+//! sample. For independent, uniform positions the area a has ⟨(a/a₀)²⟩ = 1.2802 (E. N. Gilbert,
+//! Ann. Math. Stat. 33 (1962) 958), so that the variance of a/a₀ is 0.2802; in a lattice it is 0.
+//! The free share of a cell with a disc of radius r is 1 − πr²/a: in the densest lattice of discs 1
+//! − π/√12 = 0.0931.
 //!
 //! Cells are those of the periodic system, also where a body borders on its own images. Bodies
 //! whose cell is bounded by a wall, and a body at the place of another, do not count.
@@ -123,9 +123,9 @@ impl VoronoiCells {
         MIN_NEIGHBOURS..MIN_NEIGHBOURS + COUNTED
     }
 
-    /// [Σx, Σw] over all samples so far, w = 1 for each cell: whether it has a number of neighbours,
-    /// for each of [`neighbours`](Self::neighbours), the first and the last with those beyond;
-    /// (a/a₀ − 1)²; 1 − πr²/a in the samples of equal discs.
+    /// [Σx, Σw] over all samples so far, w = 1 for each cell: whether it has a number of
+    /// neighbours, for each of [`neighbours`](Self::neighbours), the first and the last with those
+    /// beyond; (a/a₀ − 1)²; 1 − πr²/a in the samples of equal discs.
     pub fn sums(&self) -> Vec<[f64; 2]> {
         let cells = self.counts.iter().sum::<u64>() as f64;
         let shares = self.counts.iter().map(|&count| [count as f64, cells]);

@@ -1,7 +1,7 @@
 //! Tables of the series that a run samples.
 
 use carom::observers::{
-    Crossing, Impulse, LedgerPoint, LoggedContact, PressurePoint, RatePoint, RunningPoint,
+    Impulse, LedgerPoint, LoggedContact, PressurePoint, RatePoint, RunningPoint, SegmentCrossing,
 };
 
 use carom_tables::fifteen_digits;
@@ -135,9 +135,9 @@ pub const IMPULSES_OF_EDGES: SeriesFormat<Impulse> = SeriesFormat {
     row: |csv, kick| csv.serialize((impulse_cells(kick), kick.edge)),
 };
 
-/// `crossings-log.csv`: every crossing of a segment, with the place on it and the velocity along and
-/// across it.
-pub const CROSSINGS: SeriesFormat<Crossing> = SeriesFormat {
+/// `crossings-log.csv`: every crossing of a segment, with the place on it and the velocity along
+/// and across it.
+pub const CROSSINGS: SeriesFormat<SegmentCrossing> = SeriesFormat {
     name: "crossings-log.csv",
     header: &["time", "body", "forward", "place", "along", "across"],
     row: |csv, crossing| {

@@ -16,7 +16,7 @@ pub(super) struct Segment {
 
 /// A body whose path is known from here on: a straight line, or a parabola.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub(super) struct Flight {
+pub(super) struct OpenPath {
     pub(super) position: DVec2,
     pub(super) velocity: DVec2,
     pub(super) since: EpochTime,
@@ -71,12 +71,12 @@ impl Segment {
 
     /// All passages of a flight, in no order; `None` if it is too long to count them.
     ///
-    /// The two sides of the line are those of the positions that the engine gives, found in the same
-    /// way at the end of a flight as at the start of the next: no rounding of the path loses a
+    /// The two sides of the line are those of the positions that the engine gives, found in the
+    /// same way at the end of a flight as at the start of the next: no rounding of the path loses a
     /// passage or counts it twice.
     pub(super) fn passages(
         &self,
-        flight: &Flight,
+        flight: &OpenPath,
         end: FlightEnd,
         bounds: &PeriodicBox,
     ) -> Option<Vec<Passage>> {
@@ -97,7 +97,7 @@ impl Segment {
     }
 
     /// The boxes whose image of the segment may lie on the path.
-    fn images(&self, flight: &Flight, path: &Path, sides: DVec2) -> Option<Vec<[i64; 2]>> {
+    fn images(&self, flight: &OpenPath, path: &Path, sides: DVec2) -> Option<Vec<[i64; 2]>> {
         let (low, high) = path.range();
         let segment = [self.start, self.start + self.length * self.along];
         let (near, far) = (segment[0].min(segment[1]), segment[0].max(segment[1]));
@@ -165,7 +165,7 @@ struct Path {
 }
 
 impl Path {
-    fn new(flight: &Flight, duration: f64) -> Self {
+    fn new(flight: &OpenPath, duration: f64) -> Self {
         Self {
             velocity: flight.velocity,
             gravity: flight.gravity,

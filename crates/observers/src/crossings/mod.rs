@@ -1,9 +1,9 @@
 //! Crossings of a segment by the centres of mass: flux through a door, first passages, a section of
 //! the paths.
 //!
-//! In a gas at equilibrium n √(kT/2πm) bodies of mass m cross each unit of length per time to either
-//! side (n per area). In an ergodic table of area A a particle of speed v finds a small door of
-//! width w at the rate κ = v w/(π A): the share exp(−κ t) has not crossed it.
+//! In a gas at equilibrium n √(kT/2πm) bodies of mass m cross each unit of length per time to
+//! either side (n per area). In an ergodic table of area A a particle of speed v finds a small door
+//! of width w at the rate κ = v w/(π A): the share exp(−κ t) has not crossed it.
 
 mod flight;
 
@@ -17,14 +17,14 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::Group;
-use flight::{Flight, FlightEnd, Segment};
+use flight::{FlightEnd, OpenPath, Segment};
 
 /// Crossings of a segment, and of its images, by the centres of the free bodies of a group.
 ///
 /// Nothing happens to the bodies. The crossings are exact to rounding: they are found on the path
-/// between contacts, a straight line or with gravity a parabola, whenever a contact or a sample ends
-/// a part of it. An edit that is not announced by [`Observer::pause`] loses the crossings since the
-/// last contact of each body.
+/// between contacts, a straight line or with gravity a parabola, whenever a contact or a sample
+/// ends a part of it. An edit that is not announced by [`Observer::pause`] loses the crossings
+/// since the last contact of each body.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -58,7 +58,7 @@ pub struct Crossings {
     group: Group,
     segment: Segment,
     bounds: Option<PeriodicBox>,
-    flights: BTreeMap<u64, Flight>,
+    flights: BTreeMap<u64, OpenPath>,
     /// When each body was first seen; `None` once it has crossed or is gone.
     waiting: BTreeMap<u64, Option<EpochTime>>,
     /// Time until the first crossing, summed over the bodies that have crossed, and over all at the
@@ -71,14 +71,14 @@ pub struct Crossings {
     first_passages: u64,
     left_out: u64,
     is_logged: bool,
-    log: Vec<Crossing>,
+    log: Vec<SegmentCrossing>,
     series: Vec<CrossingPoint>,
 }
 
 /// A crossing of the segment.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
-pub struct Crossing {
+pub struct SegmentCrossing {
     /// Time of the crossing.
     pub time: f64,
     /// Number of the body, [`Body::id`].
@@ -166,12 +166,12 @@ impl Crossings {
     }
 
     /// The logged crossings since the last call, in the order of time up to the last sample.
-    pub fn take(&mut self) -> Vec<Crossing> {
+    pub fn take(&mut self) -> Vec<SegmentCrossing> {
         std::mem::take(&mut self.log)
     }
 
-    /// [Σx, Σw] up to the last sample: of the crossings to the left, of those to the right, of their
-    /// difference and of the kinetic energy that it carries, over the time; and of the first
+    /// [Σx, Σw] up to the last sample: of the crossings to the left, of those to the right, of
+    /// their difference and of the kinetic energy that it carries, over the time; and of the first
     /// passages of all bodies over the time for which they waited.
     pub fn sums(&self) -> [[f64; 2]; 5] {
         let time = match (self.begun, self.series.last()) {
@@ -194,7 +194,7 @@ impl Crossings {
     }
 
     /// Counts the crossings of a body up to here, and begins its next flight.
-    fn end_flight(&mut self, body: &Body, end: FlightEnd, next: Flight) {
+    fn end_flight(&mut self, body: &Body, end: FlightEnd, next: OpenPath) {
         let id = body.id();
         let (Some(flight), Some(bounds)) = (self.flights.insert(id, next), self.bounds) else {
             return;
@@ -221,7 +221,7 @@ impl Crossings {
             if !self.is_logged {
                 continue;
             }
-            self.log.push(Crossing {
+            self.log.push(SegmentCrossing {
                 time: flight.since.after(passage.after).to_f64(),
                 body: id,
                 is_forward: passage.is_forward,
@@ -250,8 +250,8 @@ impl Crossings {
 }
 
 /// The flight of a body from the time of a view on.
-fn flight_of(view: &View<'_>, seen: &BodyView<'_>) -> Flight {
-    Flight {
+fn flight_of(view: &View<'_>, seen: &BodyView<'_>) -> OpenPath {
+    OpenPath {
         position: seen.motion.position,
         velocity: seen.motion.velocity,
         since: view.time(),
@@ -299,7 +299,7 @@ impl Observer for Crossings {
             let Some(flight) = self.flights.get(&side.body.id()) else {
                 continue;
             };
-            let next = Flight {
+            let next = OpenPath {
                 position,
                 velocity: side.after.velocity,
                 since: report.time,

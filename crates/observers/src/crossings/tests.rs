@@ -1,8 +1,10 @@
+//! Tests of the crossings: known times, the net count of the displacements, kinetic theory.
+
 use super::*;
 use carom_engine::{Scene, Simulation};
 
 /// Observes a scene in samples and returns the crossings.
-fn observed(text: &str, points: [[f64; 2]; 2], until: f64) -> (Crossings, Vec<Crossing>) {
+fn observed(text: &str, points: [[f64; 2]; 2], until: f64) -> (Crossings, Vec<SegmentCrossing>) {
     let mut simulation = Simulation::new(&Scene::from_toml(text).unwrap()).unwrap();
     let mut crossings = Crossings::new(Group::All, points).unwrap().logged();
     crossings.start(&simulation.view());
@@ -55,8 +57,8 @@ fn a_disc_between_two_walls_crosses_at_the_known_times() {
     assert_eq!(crossings.sums()[4], [0.0, 1.6]);
 }
 
-/// A ball thrown up with speed 1 under the gravity 2 rises by 1/4, and is 3/16 above its start after
-/// 1/4 and 3/4.
+/// A ball thrown up with speed 1 under the gravity 2 rises by 1/4, and is 3/16 above its start
+/// after 1/4 and 3/4.
 #[test]
 fn a_ball_that_turns_back_crosses_twice() {
     let ball = "[gravity]\nacceleration = [0.0, -2.0]\n[[molecule]]\nshape = \"disc\"\natom_radius = 0.125\n\

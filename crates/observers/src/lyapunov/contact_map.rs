@@ -4,7 +4,9 @@
 //! gap and its rate u. The deviations are carried to the displaced contact, through the derivative
 //! of the collision rule there, and back to the undisturbed time:
 //!
-//! δr' = δr + (v − v') δτ,  δv' = δv + δ(J n)/m,  δω' = δω + δ(J l)/I,  J = −(1 + e) u / Σ(1/m + l²/I),
+//! δr' = δr + (v − v') δτ,  δv' = δv + δ(J n)/m,  δω' = δω + δ(J l)/I,
+//!
+//! J = −(1 + e) u / Σ(1/m + l²/I),
 //!
 //! with the lever arm l of the normal n about the centre of mass (for discs Dellago, Posch and
 //! Hoover 1996). δn is the deviation of the line of centres over its length, or the
@@ -17,7 +19,7 @@ use glam::DVec2;
 
 /// A deviation of the state of one body.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct Deviation {
+pub(super) struct BodyDeviation {
     /// Of the position (length).
     pub(super) position: DVec2,
     /// Of the orientation (radians).
@@ -157,7 +159,7 @@ impl ContactMap {
     }
 
     /// The deviations of both bodies after the contact, from those before it.
-    pub(super) fn apply(&self, before: [Deviation; 2]) -> [Deviation; 2] {
+    pub(super) fn apply(&self, before: [BodyDeviation; 2]) -> [BodyDeviation; 2] {
         let Self { sides, normal, .. } = self;
         let of_anchor = |n: usize| before[n].position + turned(before[n].angle, sides[n].anchor);
         let gap = of_anchor(1) - of_anchor(0);
@@ -203,7 +205,7 @@ impl ContactMap {
             let torque = impulse_change * side.lever + impulse * lever_changes[n];
             let slip = side.before.velocity - side.after.velocity;
             let turn = side.before.angular_velocity - side.after.angular_velocity;
-            Deviation {
+            BodyDeviation {
                 position: deviation.position + delay * slip,
                 angle: deviation.angle + delay * turn,
                 velocity: deviation.velocity + (side.sign * side.inverse_mass) * push,

@@ -29,8 +29,8 @@ use tangent_space::{TangentSpace, dimension};
 /// Free bodies are discs or molecules of discs and edges that may turn; fixed bodies, walls and
 /// containers may stand among them, and gravity may act. The contacts are those of the rule of
 /// restitution, without rough surfaces or kicks; one at several points at once, which has no
-/// derivative, counts as one on the line of its resultant. An edit of the motions leaves the vectors
-/// as they are; an edit of the bodies begins anew with others.
+/// derivative, counts as one on the line of its resultant. An edit of the motions leaves the
+/// vectors as they are; an edit of the bodies begins anew with others.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};

@@ -10,7 +10,7 @@ use carom_kinematics::EpochTime;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use super::contact_map::{ContactMap, Deviation};
+use super::contact_map::{BodyDeviation, ContactMap};
 
 /// The vectors are made orthonormal again once the first has grown by this factor. The last, which
 /// shrinks by as much, is then known to 10⁻¹² of its length.
@@ -175,7 +175,7 @@ impl TangentSpace {
         let share_before = self.share_of(places);
         for column in 0..self.count {
             let before = places.map(|place| {
-                place.map_or_else(Deviation::default, |(rows, flight)| {
+                place.map_or_else(BodyDeviation::default, |(rows, flight)| {
                     self.deviation(rows, column, flight)
                 })
             });
@@ -216,7 +216,7 @@ impl TangentSpace {
     #[cfg(test)]
     pub(super) fn first_vector(&self) -> Vec<[f64; 6]> {
         let of = |rows: &BodyRows| {
-            let Deviation {
+            let BodyDeviation {
                 position,
                 angle,
                 velocity,
@@ -233,12 +233,12 @@ impl TangentSpace {
     }
 
     /// The deviation of a body in one vector after a free flight.
-    fn deviation(&self, rows: BodyRows, column: usize, flight: f64) -> Deviation {
+    fn deviation(&self, rows: BodyRows, column: usize, flight: f64) -> BodyDeviation {
         let (first, coordinates) = (rows.first, rows.coordinates());
         let at = |row: usize| self.at(first + row, column);
         let velocity = DVec2::new(at(coordinates), at(coordinates + 1));
         let [angle, spin] = if rows.turns { [at(2), at(5)] } else { [0.0; 2] };
-        Deviation {
+        BodyDeviation {
             position: DVec2::new(at(0), at(1)) + flight * velocity,
             angle: angle + flight * spin,
             velocity,
@@ -246,7 +246,7 @@ impl TangentSpace {
         }
     }
 
-    fn set(&mut self, rows: BodyRows, column: usize, to: &Deviation) {
+    fn set(&mut self, rows: BodyRows, column: usize, to: &BodyDeviation) {
         let (place, velocity) = (to.position, to.velocity);
         let with_angle = [place.x, place.y, to.angle, velocity.x, velocity.y, to.spin];
         let without = [place.x, place.y, velocity.x, velocity.y];

@@ -1,3 +1,5 @@
+//! Tests of the Lyapunov exponents: vectors against trajectories, pairs, zeros, and the volume.
+
 use super::*;
 use carom_engine::{Scene, Simulation};
 

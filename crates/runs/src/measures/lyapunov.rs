@@ -29,7 +29,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
             "time before the first average, in which the deviations turn to their directions",
         ),
     ],
-    figures: &[LARGEST, ENTROPY, PAIR, SUM],
+    figures: &[FASTEST, ENTROPY, PAIR, SUM],
     start: |selection| {
         let view = selection.view;
         let exponents = selection.given("exponents").map_or_else(
@@ -53,7 +53,7 @@ fn default_exponents(dimension: usize) -> usize {
     (MAX_NUMBERS / dimension.max(1)).clamp(1, 256)
 }
 
-const LARGEST: &str = "largest Lyapunov exponent";
+const FASTEST: &str = "largest Lyapunov exponent";
 const ENTROPY: &str = "Kolmogorov-Sinai entropy";
 const PAIR: &str = "largest sum of a pair of Lyapunov exponents";
 const SUM: &str = "sum of the Lyapunov exponents";
@@ -126,7 +126,7 @@ impl Measured for LyapunovSpectrum {
         }
         let mut figures: Vec<_> = exponents
             .first()
-            .and_then(|mean| context.figure(LARGEST, RATE, mean))
+            .and_then(|mean| context.figure(FASTEST, RATE, mean))
             .into_iter()
             .collect();
         if context.is_elastic {

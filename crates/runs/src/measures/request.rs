@@ -231,7 +231,14 @@ pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
         lyapunov::check(scene).with_context(|| request.entry.clone())?;
     }
     for (index, request) in requests.iter().enumerate() {
-        let key = |request: &Request| (request.kind.name, request.distinction());
+        // Also of different kinds: `van-hove` of the tag `distinct`, and `van-hove-distinct`.
+        let key = |request: &Request| {
+            let name = request.kind.name;
+            match request.distinction() {
+                Some(of) => format!("{name}-{of}"),
+                None => name.to_owned(),
+            }
+        };
         let same = requests[..index]
             .iter()
             .find(|other| key(other) == key(request));

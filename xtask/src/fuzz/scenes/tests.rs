@@ -651,12 +651,12 @@ fn a_share_of_the_scenes_is_driven() {
         (|case| has_wall(case, |motion| motion.turn != 0.0), 15),
         (
             |case| has_wall(case, |motion| motion.velocity != [0.0; 2]),
-            10,
+            8,
         ),
-        (|case| has_wall(case, |motion| motion.frequency > 0.0), 10),
+        (|case| has_wall(case, |motion| motion.frequency > 0.0), 8),
         (|case| has_wall(case, |motion| !motion.times.is_empty()), 8),
-        (|case| !case.scene.gravity.is_none(), 10),
-        (|case| !case.scene.piston.is_empty(), 10),
+        (|case| !case.scene.gravity.is_none(), 8),
+        (|case| !case.scene.piston.is_empty(), 8),
     ];
     let (mut drawn, mut refused) = ([0; 6], [0; 6]);
     for index in 0..SCENES {
