@@ -29,7 +29,9 @@ use crate::{
 /// use carom_observers::{BondOrderCorrelation, Group, Neighbours};
 ///
 /// let scene = Scene::from_toml("[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 400")?;
-/// let simulation = Simulation::new(&scene)?;
+/// let mut simulation = Simulation::new(&scene)?;
+/// // The start is a part of a lattice.
+/// simulation.run_until(2.0)?;
 /// let bounds = *simulation.view().bounds();
 /// let rule = (6, Neighbours::Nearest(6));
 /// let mut correlation = BondOrderCorrelation::new(Group::All, rule, &bounds, 0.4, 8)?;
