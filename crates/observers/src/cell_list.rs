@@ -8,6 +8,9 @@ use glam::{DVec2, Vec2Swizzles};
 /// their rounding, far below any spread in a fluid.
 const AS_NEAR: f64 = 1e-9;
 
+/// More than rounding can move a body into another cell, in cells.
+const CELL_ROUNDING: f64 = 1e-9;
+
 /// Bodies per cell of the search for the nearest. About nine cells, with 18 bodies, hold six.
 const BODIES_PER_CELL: f64 = 2.0;
 
@@ -157,8 +160,7 @@ impl<'a> CellList<'a> {
         let [columns, rows] = self.cells.map(|cells| cells as i64);
         let size = self.sides / DVec2::new(columns as f64, rows as f64);
         let place = self.places[index];
-        // Wider than `range` by more than the rounding of the cell of a body.
-        let reach = DVec2::splat(range) + AS_NEAR * size;
+        let reach = DVec2::splat(range) + CELL_ROUNDING * size;
         let [left, bottom] = whole(((place - reach) / size).floor());
         let [right, top] = whole(((place + reach) / size).floor());
         for row in bottom..=top {

@@ -23,11 +23,13 @@ use serde::{Deserialize, Serialize};
 use crate::{
     Group,
     cell_list::CellList,
+    delaunay::crosses_a_wall,
     disjoint_sets::DisjointSets,
     size_bins::{bin_of, smallest_of},
 };
 
-/// Clusters of a group at each sample; fixed discs and molecules count, walls do not.
+/// Clusters of a group at each sample; fixed discs and molecules count, walls do not, and bodies on
+/// two sides of a wall are not connected through it.
 ///
 /// The gap of two bodies is that of [`gap_between`]: of two discs, the distance of their centres
 /// less both radii. Bodies that overlap are connected. Rules for pairs of tags make no difference.
@@ -50,7 +52,7 @@ use crate::{
 ///     radius = 0.04
 ///     at = [0.5, 0.5]
 /// ")?;
-/// let mut clusters = Clusters::new(Group::All, 0.03, 3)?;
+/// let mut clusters = Clusters::new(Group::All, 0.03)?;
 /// clusters.sample(&Simulation::new(&scene)?.view());
 /// let point = clusters.series()[0];
 /// assert_eq!((point.clusters, point.largest, point.wraps), (2, 2, [false; 2]));
@@ -108,6 +110,9 @@ impl ClusterPoint {
     }
 }
 
+/// More bodies than any system has (the engine numbers them with 32 bits).
+const MAX_SIZE: u64 = u32::MAX as u64;
+
 /// A molecule in its place.
 struct PlacedMolecule<'a> {
     molecule: &'a Molecule,
@@ -119,19 +124,17 @@ struct PlacedMolecule<'a> {
 
 impl Clusters {
     /// Clusters of the bodies of a group with gaps shorter than `gap` (length), by size in
-    /// logarithmic bins up to `bodies`, the number of bodies of the group; larger clusters count in
-    /// the last bin.
+    /// logarithmic bins.
     ///
     /// # Errors
     /// [`GeometryError::NotPositive`] if `gap` is not positive and finite.
-    pub fn new(group: Group, gap: f64, bodies: usize) -> Result<Self, GeometryError> {
+    pub fn new(group: Group, gap: f64) -> Result<Self, GeometryError> {
         let gap = check_positive("the gap of clusters", gap)?;
-        let bins = bin_of(bodies.max(1) as u64) + 1;
         Ok(Self {
             group,
             gap,
             series: Vec::new(),
-            counts: vec![0; bins],
+            counts: vec![0; bin_of(MAX_SIZE) + 1],
             sums: ClusterSums::default(),
         })
     }
@@ -190,6 +193,11 @@ impl Clusters {
     ) -> DisjointSets {
         let mut sets = DisjointSets::new(places.len());
         let cells = CellList::for_nearest(places, view.bounds());
+        let walls: Vec<[DVec2; 2]> = view
+            .bodies()
+            .flat_map(|body| body.wall_segments())
+            .collect();
+        let sides = view.bounds().sides();
         for (index, body) in bodies.iter().enumerate() {
             // Each pair is found from the body with the larger radius, or else the later one.
             let range = 2.0 * body.radius + self.gap;
@@ -202,7 +210,12 @@ impl Clusters {
                 };
                 let farthest = body.radius + other.radius + self.gap;
                 let may_touch = displacement.length_squared() < farthest * farthest;
-                if is_first && may_touch && self.is_near([body, other], displacement) {
+                let place = places[index];
+                if is_first
+                    && may_touch
+                    && self.is_near([body, other], displacement)
+                    && !crosses_a_wall([place, place + displacement], &walls, sides)
+                {
                     sets.connect(index, other_index, image);
                 }
             });
@@ -251,8 +264,7 @@ impl Observer for Clusters {
             largest = largest.max(set.size);
             squares += (set.size as f64).powi(2);
             wraps = [wraps[0] | set.wraps[0], wraps[1] | set.wraps[1]];
-            let last = self.counts.len() - 1;
-            self.counts[bin_of(set.size).min(last)] += 1;
+            self.counts[bin_of(set.size.min(MAX_SIZE))] += 1;
         }
         let bodies = members.len() as f64;
         self.sums.bodies += bodies;
@@ -283,7 +295,7 @@ mod tests {
     use carom_engine::{BumperSpec, Scene, Simulation};
 
     fn clusters_of(scene: &Scene, gap: f64) -> Clusters {
-        let mut clusters = Clusters::new(Group::All, gap, scene.bumper.len()).unwrap();
+        let mut clusters = Clusters::new(Group::All, gap).unwrap();
         clusters.sample(&Simulation::new(scene).unwrap().view());
         clusters
     }
@@ -462,7 +474,7 @@ mod tests {
     fn independent_discs_percolate_at_their_known_density() {
         let share = |count: usize, density: f64, seeds: u64| {
             let gap = 2.0 * (density / (PI * count as f64)).sqrt();
-            let mut clusters = Clusters::new(Group::All, gap, count).unwrap();
+            let mut clusters = Clusters::new(Group::All, gap).unwrap();
             for seed in 0..seeds {
                 let scene = random_points(count, [1.0; 2], seed);
                 clusters.sample(&Simulation::new(&scene).unwrap().view());
@@ -488,9 +500,9 @@ mod tests {
     #[test]
     fn degenerate_places_and_gaps_that_are_refused() {
         for gap in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            assert!(Clusters::new(Group::All, gap, 3).is_err());
+            assert!(Clusters::new(Group::All, gap).is_err());
         }
-        // All at one place; a square lattice; more bodies than bins.
+        // All at one place; a square lattice.
         let point = point_of([1.0; 2], &[[0.3, 0.3]; 5], 1e-3);
         assert_eq!(
             (point.clusters, point.largest, point.wraps),
@@ -501,12 +513,21 @@ mod tests {
             .collect();
         assert_eq!(point_of([1.0; 2], &lattice, 0.1251).wraps, [true; 2]);
         assert_eq!(point_of([1.0; 2], &lattice, 0.1249).clusters, 64);
-        let mut few = Clusters::new(Group::All, 0.2, 0).unwrap();
-        few.sample(
-            &Simulation::new(&random_points(200, [1.0; 2], 1))
-                .unwrap()
-                .view(),
-        );
-        assert_eq!(few.counts(), [few.series()[0].clusters]);
+    }
+
+    /// Two rows on both sides of a wall, and one away from it.
+    #[test]
+    fn nothing_is_connected_through_a_wall() {
+        let row = |y: f64| (0..4).map(move |k| [0.1 + 0.25 * f64::from(k), y]);
+        let places: Vec<[f64; 2]> = row(0.46).chain(row(0.54)).collect();
+        let disc = |at: &[f64; 2]| format!("[[bumper]]\nradius = 0.01\nat = {at:?}\n");
+        let discs: String = places.iter().map(disc).collect();
+        let clusters = |wall: &str| {
+            let scene = Scene::from_toml(&format!("{discs}{wall}")).unwrap();
+            clusters_of(&scene, 0.1).series()[0].clusters
+        };
+        assert_eq!(clusters(""), 4);
+        assert_eq!(clusters("[[wall]]\ny = 0.5"), 8);
+        assert_eq!(clusters("[[wall]]\nfrom = [0.3, 0.5]\nto = [0.4, 0.5]"), 5);
     }
 }

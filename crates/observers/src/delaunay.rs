@@ -186,13 +186,18 @@ pub(crate) fn cut_by_walls(
         let before = bonds.len();
         bonds.retain(|bond| {
             let to = *place + bond.displacement;
-            !walls
-                .iter()
-                .any(|wall| crosses_an_image([*place, to], *wall, sides))
+            !crosses_a_wall([*place, to], walls, sides)
         });
         bonds.len() < before
     };
     bonds.iter_mut().zip(places).map(cut).collect()
+}
+
+/// Whether a segment crosses a wall, given by its end points, or an image of one.
+pub(crate) fn crosses_a_wall(segment: [DVec2; 2], walls: &[[DVec2; 2]], sides: DVec2) -> bool {
+    walls
+        .iter()
+        .any(|wall| crosses_an_image(segment, *wall, sides))
 }
 
 /// Whether a segment crosses an image of a wall.

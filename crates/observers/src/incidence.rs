@@ -5,12 +5,13 @@
 //! from bounce to bounce.
 
 use carom_engine::{Body, CollisionReport, Observer, View};
+use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use crate::{AdaptiveHistogram, Group};
 
-/// sin φ of the velocity of a centre of mass before each contact with a fixed body, relative to it;
-/// positive to the left of the normal that points from the fixed body.
+/// sin φ of the velocity of a centre of mass before each contact with a fixed body, relative to the
+/// point of it that is touched; positive to the left of the normal that points from the fixed body.
 ///
 /// The law of the cosine holds for bodies that do not turn, as smooth discs; the spin of others
 /// adds to the velocity of the point that touches.
@@ -76,7 +77,15 @@ impl Observer for Incidence {
         if !self.watches([first.body, second.body]) {
             return;
         }
-        let velocity = second.before.velocity - first.before.velocity;
+        let [of_first, of_second] = [first, second].map(|side| {
+            let arm = if side.body.is_fixed() {
+                side.arm
+            } else {
+                DVec2::ZERO
+            };
+            side.before.velocity_of(arm)
+        });
+        let velocity = of_second - of_first;
         // The normal points from the first body: with the fixed body second, both change their
         // signs, and sin φ none.
         let sine = velocity.dot(report.normal.perp()) / velocity.length();
@@ -139,5 +148,27 @@ mod tests {
         let counts = of(format!("{disc}{bumper}"));
         assert_eq!(counts.iter().sum::<u64>(), 1);
         assert_eq!(counts, of(format!("{bumper}{disc}")));
+    }
+
+    /// A paddle that turns about its middle with ω = 1: 1/4 to the right its face rises with 1/4,
+    /// and the disc falls on it with 1/2.
+    #[test]
+    fn the_velocity_is_relative_to_a_paddle_where_it_is_touched() {
+        let paddle = "[[wall]]\nfrom = [0.1, 0.5]\nto = [0.9, 0.5]\nmotion = { turn = 1.0, about = [0.5, 0.5] }\n";
+        let disc = |across: f64| {
+            format!(
+                "[[molecule]]\nshape = \"disc\"\natom_radius = 0.01\natom_mass = 1.0\nat = [{:?}, 0.5101]\n\
+                 velocity = [{across:?}, -0.5]\n",
+                0.75 - 1e-4 * across
+            )
+        };
+        // tan φ = v_t/(1/2 + 1/4): 45° at v_t = 3/4.
+        let counts = observe(&format!("{paddle}{}", disc(0.6)), 0.001)
+            .sines()
+            .counts();
+        let sine = |across: f64| across / across.hypot(0.75);
+        let bin = ((-sine(0.6) + 1.0) / 0.2) as usize;
+        assert_eq!(counts.iter().sum::<u64>(), 1);
+        assert_eq!(counts[bin], 1, "{counts:?} {bin}");
     }
 }

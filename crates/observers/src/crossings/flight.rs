@@ -1,5 +1,7 @@
 //! Where and when the path of a body between two known positions crosses a segment.
 
+use std::collections::BTreeSet;
+
 use carom_geometry::PeriodicBox;
 use carom_kinematics::{DragClock, EpochTime};
 use glam::DVec2;
@@ -45,8 +47,8 @@ pub(super) struct Passage {
     pub(super) velocity: [f64; 2],
 }
 
-/// More images of the segment in the range of one flight are left out.
-const MAX_IMAGES: f64 = 1e6;
+/// A flight through more boxes is left out.
+const MAX_BOXES: f64 = 1e6;
 
 impl Segment {
     /// `None` if the two points are one, or so far apart that their distance is infinite.
@@ -96,25 +98,28 @@ impl Segment {
         Some(passages)
     }
 
-    /// The boxes whose image of the segment may lie on the path.
-    fn images(&self, flight: &OpenPath, path: &Path, sides: DVec2) -> Option<Vec<[i64; 2]>> {
-        let (low, high) = path.range();
-        let segment = [self.start, self.start + self.length * self.along];
-        let (near, far) = (segment[0].min(segment[1]), segment[0].max(segment[1]));
-        // One more on both sides, for rounding.
-        let first = ((flight.position + low - far) / sides).ceil() - 1.0;
-        let last = ((flight.position + high - near) / sides).floor() + 1.0;
-        let counts = (last - first + 1.0).max(DVec2::ZERO);
-        let images = counts.x * counts.y;
-        if images.is_nan() || images > MAX_IMAGES {
+    /// The boxes whose image of the segment may lie on the path, found piece by piece, each of which
+    /// is about as long as a box.
+    fn images(&self, flight: &OpenPath, path: &Path, sides: DVec2) -> Option<BTreeSet<[i64; 2]>> {
+        let (low, high) = path.range(0.0, path.duration);
+        let boxes = ((high - low) / sides).max_element().ceil().max(1.0);
+        if boxes.is_nan() || boxes > MAX_BOXES {
             return None;
         }
-        let columns = first.x as i64..=last.x as i64;
-        let rows = first.y as i64..=last.y as i64;
-        Some(
-            rows.flat_map(|row| columns.clone().map(move |column| [column, row]))
-                .collect(),
-        )
+        let ends = [self.start, self.start + self.length * self.along];
+        let (near, far) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+        let mut images = BTreeSet::new();
+        for piece in 0..boxes as u32 {
+            let [begin, end] = [piece, piece + 1].map(|n| path.duration * (f64::from(n) / boxes));
+            let (low, high) = path.range(begin, end);
+            // One more on both sides, for rounding.
+            let first = ((flight.position + low - far) / sides).ceil() - 1.0;
+            let last = ((flight.position + high - near) / sides).floor() + 1.0;
+            for row in first.y as i64..=last.y as i64 {
+                images.extend((first.x as i64..=last.x as i64).map(|column| [column, row]));
+            }
+        }
+        Some(images)
     }
 
     /// Adds the passages through one image, relative to which the flight begins at `start`.
@@ -188,15 +193,21 @@ impl Path {
         (reading > 0.0 && reading < self.duration).then_some(reading)
     }
 
-    /// The lowest and the highest coordinates of its places.
-    fn range(&self) -> (DVec2, DVec2) {
-        let turns = [DVec2::X, DVec2::Y].map(|axis| self.turn(axis).unwrap_or(0.0));
-        let places = [0.0, turns[0], turns[1], self.duration].map(|reading| self.place(reading));
-        let low = places.into_iter().fold(DVec2::INFINITY, DVec2::min);
-        (
-            low,
-            places.into_iter().fold(DVec2::NEG_INFINITY, DVec2::max),
-        )
+    /// The lowest and the highest coordinates of its places from one reading to another.
+    fn range(&self, begin: f64, end: f64) -> (DVec2, DVec2) {
+        let turns = [DVec2::X, DVec2::Y].map(|axis| self.turn(axis));
+        let inside = turns
+            .into_iter()
+            .flatten()
+            .filter(|turn| (begin..end).contains(turn));
+        let places = || {
+            inside
+                .clone()
+                .chain([begin, end])
+                .map(|reading| self.place(reading))
+        };
+        let low = places().fold(DVec2::INFINITY, DVec2::min);
+        (low, places().fold(DVec2::NEG_INFINITY, DVec2::max))
     }
 
     /// The reading at which it crosses a line with this normal, on a piece of the path with the

@@ -184,7 +184,7 @@ impl Crossings {
         [rates[0], rates[1], rates[2], rates[3], passages]
     }
 
-    /// Flights left out because they pass more than a million images of the segment.
+    /// Flights left out because they pass more than a million boxes.
     pub fn left_out(&self) -> u64 {
         self.left_out
     }

@@ -141,7 +141,7 @@ fn a_gas_at_equilibrium_crosses_at_the_rate_of_kinetic_theory() {
 }
 
 #[test]
-fn what_is_removed_no_longer_waits_and_edits_lose_nothing() {
+fn edits_lose_no_crossing() {
     let text = format!("{WALLS}[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 20");
     let mut simulation = Simulation::new(&Scene::from_toml(&text).unwrap()).unwrap();
     let mut plain = Crossings::new(Group::All, [[0.5, 0.0], [0.5, 1.0]]).unwrap();
@@ -158,19 +158,43 @@ fn what_is_removed_no_longer_waits_and_edits_lose_nothing() {
         edited.sample(&simulation.view());
     }
     assert_eq!(plain.counts(), edited.counts());
-    let free = simulation
-        .view()
-        .bodies()
-        .find(|body| body.body.is_free())
-        .unwrap()
-        .body
-        .key();
-    plain.pause(&simulation.view());
+}
+
+/// No disc reaches the segment behind the wall. One is removed at t = 2 and waits no longer.
+#[test]
+fn what_is_removed_waits_until_then() {
+    let text = format!("{WALLS}[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 20");
+    let mut simulation = Simulation::new(&Scene::from_toml(&text).unwrap()).unwrap();
+    let mut crossings = Crossings::new(Group::All, [[0.01, 0.0], [0.01, 1.0]]).unwrap();
+    crossings.start(&simulation.view());
+    simulation.observe_until(2.0, &mut crossings).unwrap();
+    crossings.sample(&simulation.view());
+    crossings.pause(&simulation.view());
+    let is_free = |body: &BodyView<'_>| body.body.is_free();
+    let free = simulation.view().bodies().find(is_free).unwrap().body.key();
     simulation.remove(free).unwrap();
-    plain.start(&simulation.view());
-    simulation.observe_until(3.0, &mut plain).unwrap();
-    plain.sample(&simulation.view());
-    assert!(plain.series().last().unwrap().waiting <= 19);
+    crossings.start(&simulation.view());
+    simulation.observe_until(3.0, &mut crossings).unwrap();
+    crossings.sample(&simulation.view());
+    assert_eq!(crossings.series()[1].waiting, 19);
+    let [passages, waited] = crossings.sums()[4];
+    assert!(
+        passages == 0.0 && (waited - (19.0 * 3.0 + 2.0)).abs() < 1e-12,
+        "{waited}"
+    );
+}
+
+/// Far along a diagonal, one flight passes many images: one in each box.
+#[test]
+fn a_long_flight_crosses_one_image_in_each_box() {
+    let disc = "[[molecule]]\nshape = \"disc\"\natom_radius = 0.05\natom_mass = 1.0\nat = [0.25, 0.5]\n\
+                velocity = [1000.0, 437.3]\n";
+    let mut simulation = Simulation::new(&Scene::from_toml(disc).unwrap()).unwrap();
+    let mut crossings = Crossings::new(Group::All, [[0.5, 0.0], [0.5, 1.0]]).unwrap();
+    crossings.start(&simulation.view());
+    simulation.observe_until(2.0, &mut crossings).unwrap();
+    crossings.sample(&simulation.view());
+    assert_eq!((crossings.counts(), crossings.left_out()), ([0, 2000], 0));
 }
 
 #[test]

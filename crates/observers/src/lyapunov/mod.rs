@@ -28,9 +28,9 @@ use tangent_space::{TangentSpace, dimension};
 ///
 /// Free bodies are discs or molecules of discs and edges that may turn; fixed bodies, walls and
 /// containers may stand among them, and gravity may act. The contacts are those of the rule of
-/// restitution, without rough surfaces or kicks; one at several points at once, which has no
-/// derivative, counts as one on the line of its resultant. An edit of the motions leaves the
-/// vectors as they are; an edit of the bodies begins anew with others.
+/// restitution; rough ones, kicks, and contacts at several points at once are
+/// [counted](Self::approximated). An edit of the motions leaves the vectors as they are; an edit of
+/// the bodies begins anew, also with the sums.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -48,9 +48,12 @@ use tangent_space::{TangentSpace, dimension};
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, Serialize, Deserialize)]
+#[doc(alias = "tangent vectors")]
 #[doc(alias = "chaos")]
 #[doc(alias = "Kolmogorov-Sinai entropy")]
 pub struct LyapunovSpectrum {
+    /// Number of exponents asked for.
+    wanted: usize,
     dimension: usize,
     transient: f64,
     space: TangentSpace,
@@ -64,9 +67,12 @@ pub struct LyapunovSpectrum {
     /// Σ ln e² of the contacts since the last sample, and in the measured intervals.
     contraction: [f64; 2],
     duration: f64,
+    /// Contacts whose derivative was that of another rule.
+    approximated: u64,
 }
 
-/// Largest number of components of all vectors together: 2 GB.
+/// Largest number of components of all vectors together: 2 GB, and as much again while the vectors
+/// are made orthonormal.
 const MAX_NUMBERS: usize = 1 << 28;
 
 /// Why a system has no Lyapunov exponents here.
@@ -90,9 +96,10 @@ pub enum LyapunovError {
     },
     /// The derivative of this is not known.
     #[error(
-        "the derivative of the motion is known for discs, edges and walls that stand, not for {0}"
+        "the derivative of the motion is known for discs, straight edges, arcs, and walls that stand, move uniformly or \
+         turn, not for {0}"
     )]
-    Unknown(&'static str),
+    Unsupported(&'static str),
 }
 
 impl LyapunovSpectrum {
@@ -108,8 +115,8 @@ impl LyapunovSpectrum {
         if count == 0 {
             return Err(LyapunovError::NoFreeBody);
         }
-        if let Some(what) = unknown(view) {
-            return Err(LyapunovError::Unknown(what));
+        if let Some(what) = unsupported(view) {
+            return Err(LyapunovError::Unsupported(what));
         }
         let most = MAX_NUMBERS / dimension;
         if count > most {
@@ -120,6 +127,7 @@ impl LyapunovSpectrum {
             });
         }
         Ok(Self {
+            wanted: exponents,
             dimension,
             transient,
             space: TangentSpace::new(view, count),
@@ -130,6 +138,7 @@ impl LyapunovSpectrum {
             growth: vec![0.0; count],
             contraction: [0.0; 2],
             duration: 0.0,
+            approximated: 0,
         })
     }
 
@@ -158,6 +167,12 @@ impl LyapunovSpectrum {
         self.space.replaced()
     }
 
+    /// Contacts so far that counted as smooth ones at one point, although they were rough, gave a
+    /// kick, or touched at several points at once: of these no derivative is known here.
+    pub fn approximated(&self) -> u64 {
+        self.approximated
+    }
+
     /// Σ ln e² of the contacts in the measured time: that of the volume in the space of states.
     pub fn contraction(&self) -> f64 {
         self.contraction[1]
@@ -165,7 +180,7 @@ impl LyapunovSpectrum {
 }
 
 /// What in a system has no derivative here; `None` if all has.
-fn unknown(view: &View<'_>) -> Option<&'static str> {
+fn unsupported(view: &View<'_>) -> Option<&'static str> {
     if view.drag() != 0.0 {
         return Some("a drag");
     }
@@ -194,22 +209,28 @@ impl Observer for LyapunovSpectrum {
     fn start(&mut self, view: &View<'_>) {
         self.bounds = *view.bounds();
         self.gravity = view.gravity();
-        if self.begun.is_some() && self.space.is_of(view) {
+        if self.begun.is_some() && self.space.matches(view) {
             return;
         }
-        self.space = TangentSpace::new(view, self.growth.len());
+        self.dimension = dimension(view);
+        self.space = TangentSpace::new(view, self.wanted);
+        self.growth = vec![0.0; self.wanted.min(self.dimension)];
         self.begun = Some(view.time());
         self.sampled = view.time();
-        self.contraction[0] = 0.0;
+        self.contraction = [0.0; 2];
+        self.duration = 0.0;
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
         if self.begun.is_none() || report.impulse == DVec2::ZERO {
             return;
         }
+        if report.points > 1 || !report.elasticity.is_smooth() || report.elasticity.kick() != 0.0 {
+            self.approximated += 1;
+        }
         if let Some(map) = ContactMap::new(report, &self.bounds, self.gravity) {
             let bodies = report.sides.map(|side| side.body.id());
-            self.space.cross(bodies, report.time, &map);
+            self.space.apply_contact(bodies, report.time, &map);
             let elasticity = report.elasticity.coefficient().max(f64::MIN_POSITIVE);
             self.contraction[0] += 2.0 * elasticity.ln();
         }

@@ -1,4 +1,5 @@
-//! Small deviations of the state of all bodies, carried through flights and contacts.
+//! Tangent vectors: small deviations of the state of all bodies, carried through flights and
+//! contacts.
 //!
 //! Each vector has the deviations of all coordinates. Those of a body are kept at the time of its
 //! last contact, as the engine keeps its motion (subjective time).
@@ -16,13 +17,13 @@ use super::contact_map::{BodyDeviation, ContactMap};
 /// shrinks by as much, is then known to 10⁻¹² of its length.
 const MAX_GROWTH: f64 = 100.0;
 
-/// A contact whose normal has less than this share of the relative velocity stretches so much that
-/// the vectors are made orthonormal before it.
+/// With less than this share of the relative velocity along the normal, a contact may stretch so
+/// much that the vectors must be made orthonormal before it.
 const GRAZING: f64 = 0.1;
 
 /// A vector of which less than this share is left after its components along the earlier ones are
 /// removed is rounding alone.
-const LOST: f64 = 1e-13;
+const RANK_TOLERANCE: f64 = 1e-13;
 
 /// Orthonormal vectors that deviate from one another as they follow the bodies.
 ///
@@ -111,12 +112,12 @@ impl TangentSpace {
             space.weights.extend(of_velocities);
             space.bodies.insert(body.body.id(), rows);
         }
-        space.fill();
+        space.set_initial_vectors();
         space
     }
 
     /// Whether these are the vectors of the bodies in this view.
-    pub(super) fn is_of(&self, view: &View<'_>) -> bool {
+    pub(super) fn matches(&self, view: &View<'_>) -> bool {
         let mut free = view.bodies().filter(|body| body.body.is_free());
         let is_known = |body: BodyView<'_>| {
             let rows = self.bodies.get(&body.body.id());
@@ -130,13 +131,13 @@ impl TangentSpace {
         self.replaced
     }
 
-    /// Orthonormal vectors, each of whose partners in the order from both ends has coordinates and
-    /// momenta exchanged, with one sign changed: exact flights and elastic contacts keep that.
+    /// Orthonormal vectors of which the i-th and the (D + 1 − i)-th have coordinates and momenta
+    /// exchanged, with one sign changed: exact flights and elastic contacts keep that.
     ///
     /// The columns of a unitary matrix are such: real parts as coordinates, imaginary ones as
     /// momenta. That of the discrete Fourier transform, with a further phase for each coordinate,
     /// has no direction that a system prefers.
-    fn fill(&mut self) {
+    fn set_initial_vectors(&mut self) {
         let half = self.weights.len() / 2;
         let bodies: Vec<BodyRows> = self.bodies.values().copied().collect();
         let pairs = bodies.iter().flat_map(|rows| {
@@ -163,8 +164,8 @@ impl TangentSpace {
 
     /// Carries the deviations of two bodies, by number, through their contact at this time, given
     /// its derivative.
-    pub(super) fn cross(&mut self, bodies: [u64; 2], time: EpochTime, map: &ContactMap) {
-        if map.approach() < GRAZING && self.squared_norm > 1.0 {
+    pub(super) fn apply_contact(&mut self, bodies: [u64; 2], time: EpochTime, map: &ContactMap) {
+        if map.approach() < GRAZING && self.stretches(bodies, map.approach()) {
             self.orthonormalise(time);
         }
         let places = bodies.map(|id| {
@@ -190,6 +191,27 @@ impl TangentSpace {
         if self.squared_norm > MAX_GROWTH * MAX_GROWTH {
             self.orthonormalise(time);
         }
+    }
+
+    /// Whether a contact of these bodies with a small share `approach` of the relative velocity along
+    /// the normal may stretch a vector by more than the allowed growth: about their share of it over
+    /// `approach`.
+    fn stretches(&self, bodies: [u64; 2], approach: f64) -> bool {
+        let rows = || {
+            bodies
+                .iter()
+                .filter_map(|id| self.bodies.get(id))
+                .flat_map(|rows| rows.range())
+        };
+        let share = |column: usize| -> f64 {
+            let square = |row: usize| {
+                let term = self.weights[row] * self.at(row, column);
+                term * term
+            };
+            rows().map(square).sum()
+        };
+        let allowed = (MAX_GROWTH * approach).powi(2);
+        (0..self.count).any(|column| share(column) > allowed)
     }
 
     /// The share of two bodies in the square of the norm of the first vector.
@@ -283,7 +305,7 @@ impl TangentSpace {
             let before = norm(vector);
             let left = remove_components(vector, earlier);
             self.logs[index] += left.max(f64::MIN_POSITIVE).ln();
-            if left <= LOST * before {
+            if left <= RANK_TOLERANCE * before {
                 self.replaced += 1;
                 replace(vector, earlier, dimension);
             }

@@ -68,18 +68,32 @@ fn states(simulation: &Simulation) -> Vec<[f64; 6]> {
 /// Trajectories are compared once their distance has grown by this factor.
 const MIN_GROWTH: f64 = 100.0;
 
+/// Counts the contacts with fixed bodies.
+#[derive(Default)]
+struct WithFixed(u64);
+
+impl Observer for WithFixed {
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        self.0 += u64::from(report.sides.iter().any(|side| side.body.is_fixed()));
+    }
+}
+
 /// Compares the vector that the observer carries with the difference of two trajectories that
-/// start on both sides of the first, and returns the number of contacts.
-fn follows_the_difference(bodies: &[Start], rest: &str) -> u64 {
+/// start on both sides of the first, and returns the numbers of contacts and of those with fixed
+/// bodies.
+fn follows_the_difference(bodies: &[Start], rest: &str) -> [u64; 2] {
     let mut undisturbed = simulation(bodies, rest);
     let mut spectrum = LyapunovSpectrum::new(&undisturbed.view(), 1, 0.0).unwrap();
     spectrum.start(&undisturbed.view());
     let deviation_of = |spectrum: &LyapunovSpectrum| spectrum.space.first_vector();
     let start = deviation_of(&spectrum);
-    let mut until = 0.0;
-    while spectrum.growth[0] < MIN_GROWTH.ln() {
+    let (mut until, mut with_fixed) = (0.0, WithFixed::default());
+    let has_fixed = undisturbed.view().bodies().any(|body| body.body.is_fixed());
+    while spectrum.growth[0] < MIN_GROWTH.ln() || (has_fixed && with_fixed.0 == 0) {
         until += 0.1;
-        undisturbed.observe_until(until, &mut spectrum).unwrap();
+        undisturbed
+            .observe_until(until, &mut (&mut spectrum, &mut with_fixed))
+            .unwrap();
         spectrum.sample(&undisturbed.view());
     }
     let growth = spectrum.growth[0].exp();
@@ -115,7 +129,7 @@ fn follows_the_difference(bodies: &[Start], rest: &str) -> u64 {
             );
         }
     }
-    undisturbed.view().counters().collisions
+    [undisturbed.view().counters().collisions, with_fixed.0]
 }
 
 #[test]
@@ -130,8 +144,9 @@ fn the_vectors_are_the_derivative_of_the_trajectory() {
     ];
     for keys in [DISC, DUMBBELL, SQUARE] {
         for rest in scenes {
-            let contacts = follows_the_difference(&bodies(keys), rest);
+            let [contacts, with_fixed] = follows_the_difference(&bodies(keys), rest);
             assert!(contacts >= 2, "{keys} {rest}: {contacts} contacts");
+            assert!(rest.is_empty() || with_fixed > 0, "{keys} {rest}");
         }
     }
 }
@@ -142,8 +157,11 @@ fn arcs_and_walls_that_move_have_derivatives_too() {
     let moving = "[[wall]]\nx = 0.0\nmotion = { velocity = [0.05, 0.0] }\n";
     let turning = "[[wall]]\nfrom = [0.4, 0.55]\nto = [0.6, 0.65]\nmotion = { turn = 0.5, about = [0.5, 0.6] }\n";
     for rest in [container, moving, turning] {
-        let contacts = follows_the_difference(&bodies(DUMBBELL), rest);
-        assert!(contacts >= 3, "{rest}: {contacts} contacts");
+        let [contacts, with_fixed] = follows_the_difference(&bodies(DUMBBELL), rest);
+        assert!(
+            contacts >= 3 && with_fixed > 0,
+            "{rest}: {contacts} contacts"
+        );
     }
 }
 
@@ -263,6 +281,28 @@ fn systems_without_a_known_derivative_are_refused_by_name() {
             "walls with a temperature",
         ),
     ] {
-        assert_eq!(error(&format!("{keys}{gas}")), LyapunovError::Unknown(what));
+        assert_eq!(
+            error(&format!("{keys}{gas}")),
+            LyapunovError::Unsupported(what)
+        );
     }
+}
+
+/// Bodies that are added before anything is measured are part of the exponents, and rough contacts
+/// are counted.
+#[test]
+fn the_vectors_are_those_of_the_bodies_at_the_start() {
+    let text = "[elasticity]\ntangential = 0.5\n[[gas]]\nradius = 0.06\nmass = 1.0\nenergy = 1.0\ncount = 6";
+    let mut simulation = Simulation::new(&Scene::from_toml(text).unwrap()).unwrap();
+    let mut spectrum = LyapunovSpectrum::new(&simulation.view(), usize::MAX, 0.0).unwrap();
+    let all = spectrum.dimension();
+    let first = simulation.view().bodies().next().unwrap().body.key();
+    simulation.remove(first).unwrap();
+    spectrum.start(&simulation.view());
+    assert_eq!(
+        (spectrum.dimension(), spectrum.sums().len()),
+        (all / 6 * 5, all / 6 * 5)
+    );
+    simulation.observe_until(2.0, &mut spectrum).unwrap();
+    assert!(spectrum.approximated() > 0);
 }

@@ -62,7 +62,7 @@ fn observer(selection: &Selection<'_>) -> anyhow::Result<Clusters> {
         gap < half,
         "'gap' must be less than half the shorter side of the box, {half}, but is {gap}"
     );
-    Ok(Clusters::new(selection.group, gap, radii().count())?)
+    Ok(Clusters::new(selection.group, gap)?)
 }
 
 impl Measured for Clusters {

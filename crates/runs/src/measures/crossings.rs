@@ -8,7 +8,7 @@ use carom_tables::{BlockMean, Sums, Table};
 
 use super::{
     Context, Default, Label, MeasureKind, Measured, Of, Parameter, Results, Selection, Span,
-    in_blocks, point_bytes, resumed,
+    in_blocks, known::Known, point_bytes, resumed,
 };
 use crate::{append_file::AppendFiles, series::CROSSINGS};
 
@@ -43,9 +43,32 @@ pub(super) const KIND: MeasureKind = MeasureKind {
         "net energy through the segment",
         "rate of first passages",
     ],
-    start: |selection| Ok(in_blocks(observer(selection)?)),
-    resume: resumed::<Crossings>,
+    start: |selection| {
+        Ok(in_blocks(Known {
+            observer: observer(selection)?,
+            facts: share(selection),
+        }))
+    },
+    resume: resumed::<CrossingsOfGroup>,
 };
+
+/// The crossings, and the share of the group in the moving bodies; `None` if they drift as a whole.
+type CrossingsOfGroup = Known<Crossings, Option<f64>>;
+
+/// The mean velocity of a gas at rest, in units of the root of the mean square.
+const AT_REST: f64 = 1e-9;
+
+fn share(selection: &Selection<'_>) -> Option<f64> {
+    let view = selection.view;
+    let moving = || view.bodies().filter(|body| body.body.is_free());
+    let count = moving().count() as f64;
+    let square: f64 = moving()
+        .map(|body| body.motion.velocity.length_squared())
+        .sum();
+    let drift = view.centre_of_mass_frame().velocity().length();
+    (drift * drift * count <= AT_REST * AT_REST * square)
+        .then(|| selection.moving().count() as f64 / count)
+}
 
 const START: &str = "start";
 const END: &str = "end";
@@ -69,19 +92,20 @@ fn observer(selection: &Selection<'_>) -> Result<Crossings> {
 /// Source of the flux.
 const KINETIC: &str = "kinetic theory: n √(kT/2πm) for each unit of length";
 
-impl Measured for Crossings {
+impl Measured for CrossingsOfGroup {
     const OF_INTERVALS: bool = true;
 
     fn sums(&self) -> Sums {
-        self.sums().to_vec()
+        self.observer.sums().to_vec()
     }
 
     fn bytes_per_sample(&self) -> usize {
-        point_bytes(self.series())
+        point_bytes(self.observer.series())
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
-        let points = self.series();
+        let crossings = &self.observer;
+        let points = crossings.series();
         let of =
             |part: fn(&CrossingPoint) -> u64| points.iter().map(move |point| part(point) as f64);
         let table = Table::new(context.table("crossings"), "Crossings of the segment")
@@ -105,12 +129,12 @@ impl Measured for Crossings {
                 "1",
                 of(|point| point.waiting).map(Some).collect(),
             )
-            .caption(caption(self));
+            .caption(caption(crossings));
         // Velocities relative to the centre of mass have the variance (1 − 1/N) kT/m.
-        let flux = context.gas().map(|gas| {
+        let flux = context.gas().zip(self.facts).map(|(gas, share)| {
             let count = gas.count as f64;
             let variance = (1.0 - 1.0 / count) * gas.temperature / gas.mass;
-            self.length() * count / gas.area * (variance / TAU).sqrt()
+            share * crossings.length() * count / gas.area * (variance / TAU).sqrt()
         });
         let zero = flux.map(|_| 0.0);
         let rows = [
@@ -130,7 +154,7 @@ impl Measured for Crossings {
                         .predicted(prediction, KINETIC),
                 )
             });
-        let is_recorded = self.is_logged();
+        let is_recorded = crossings.is_logged();
         Results {
             tables: vec![table],
             figures: figures.collect(),
@@ -143,10 +167,11 @@ impl Measured for Crossings {
     }
 
     fn append(&mut self, files: &mut AppendFiles, label: &Label) -> Result<()> {
-        if !self.is_logged() {
+        let crossings = &mut self.observer;
+        if !crossings.is_logged() {
             return Ok(());
         }
-        files.append_new_to(&label.file(CROSSINGS.name), &CROSSINGS, &self.take())
+        files.append_new_to(&label.file(CROSSINGS.name), &CROSSINGS, &crossings.take())
     }
 }
 
@@ -154,7 +179,7 @@ impl Measured for Crossings {
 fn caption(crossings: &Crossings) -> String {
     let left_out = match crossings.left_out() {
         0 => String::new(),
-        flights => format!(" {flights} flights past more than a million boxes are left out."),
+        flights => format!(" {flights} flights through more than a million boxes are left out."),
     };
     format!(
         "Crossings so far by centres of mass, to the left of the direction of the segment and to the right, and the \

@@ -62,7 +62,7 @@ const RATE: &str = "1/time";
 impl Measured for LyapunovSpectrum {
     const OF_INTERVALS: bool = true;
 
-    /// The exponents, the sums of pairs from both ends if all are measured, then the sum of the
+    /// The exponents, the sums λᵢ + λ_{D+1−i} if all are measured, then the sum of the
     /// larger half, the sum of all, and the contraction.
     fn sums(&self) -> Sums {
         let mut sums = self.sums();
@@ -153,10 +153,16 @@ fn caption(spectrum: &LyapunovSpectrum) -> String {
              here."
         ),
     };
+    let approximated = match spectrum.approximated() {
+        0 => String::new(),
+        contacts => format!(
+            " {contacts} contacts at several points at once counted as one on the line of their resultant."
+        ),
+    };
     format!(
         "Growth of small deviations, the fastest first. Without losses the exponents pair, and each conserved quantity \
          makes two of them 0, which is approached as ln t / t. The time in which the deviations turn to their \
-         directions is left out by `transient`.{lost}"
+         directions is left out by `transient`.{lost}{approximated}"
     )
 }
 

@@ -1480,3 +1480,57 @@ fn voronoi_cells_of_a_lattice_have_one_area_and_six_neighbours() {
     let outside = figure(&results, "share of the cell areas outside the range");
     assert_eq!(outside.unwrap().value, 1.0);
 }
+
+/// Half of the gas crosses half as often.
+#[test]
+fn crossings_are_predicted_for_the_group() {
+    let scene = "[box]\nseed = 2\n[[gas]]\ntags = [\"a\"]\nradius = 0.02\nmass = 1.0\ntemperature = 1.0\nvelocities = \
+             \"maxwell\"\ncount = 100\n[[gas]]\nradius = 0.02\nmass = 1.0\ntemperature = 1.0\nvelocities = \"maxwell\"\n\
+             count = 100\n[run]\nuntil = 40.0\nsample_interval = 0.5\nobserve = [\"crossings:a\", \"crossings\"]\n";
+    let (results, _) = measured(scene);
+    let of = |name: &str| {
+        let figure = results.figures.iter().find(|figure| figure.name == name);
+        figure.unwrap_or_else(|| panic!("no figure {name}"))
+    };
+    let [half, all] = ["crossings forward, a", "crossings forward"].map(of);
+    let expected = 200.0 * (0.995 / std::f64::consts::TAU).sqrt();
+    for (figure, expected) in [(half, 0.5 * expected), (all, expected)] {
+        let predicted = figure.prediction.unwrap();
+        assert!(
+            (predicted / expected - 1.0).abs() < 1e-6,
+            "{predicted} {expected}"
+        );
+        assert!((figure.value / expected - 1.0).abs() < 0.1, "{figure:?}");
+    }
+}
+
+/// What the exponents cannot follow is refused wherever it stands in the measured stages.
+#[test]
+fn lyapunov_exponents_are_refused_with_edits_of_the_motion() {
+    let gas = "[[wall]]\nx = 0.0\ntags = [\"wall\"]\n[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\n\
+               count = 20\n[run]\nuntil = 2.0\nsample_interval = 0.1\nobserve = [\"lyapunov\"]\n";
+    let check = |stages: &str| requests(&Scene::from_toml(&format!("{gas}{stages}")).unwrap());
+    let stage = |keys: &str, until: f64| format!("[[stage]]\nuntil = {until:?}\n{keys}\n");
+    let set = "set_velocity = [{ tag = \"gas\", velocity = [0.1, 0.0] }]";
+    assert!(check(&format!("{}{}", stage(set, 1.0), stage("", 2.0))).is_ok());
+    for (first, second, word) in [
+        ("", set, "set_velocity"),
+        ("drag = 0.5", "", "a drag"),
+        (
+            "add_wall = [{ y = 0.0, temperature = 1.0 }]",
+            "",
+            "add_wall",
+        ),
+        ("", "unlock = [\"gas\"]", "unlock"),
+        (
+            "elasticity = { default = 0.9, tangential = 0.5 }",
+            "",
+            "rough surfaces",
+        ),
+        ("elasticity = { default = 0.0 }", "", "an elasticity of 0"),
+    ] {
+        let error = check(&format!("{}{}", stage(first, 1.0), stage(second, 2.0))).unwrap_err();
+        let text = format!("{error:#}");
+        assert!(text.contains("'lyapunov'") && text.contains(word), "{text}");
+    }
+}

@@ -239,28 +239,32 @@ pub fn has_elasticity(scene: &Scene, holds: impl Fn(&ElasticitySpec) -> bool) ->
 /// nothing does.
 pub fn resets(scene: &Scene) -> Option<&'static str> {
     let mut measured = scene.stage.iter().filter(|stage| stage.measure);
+    // What the first one sets of the free bodies is set before the measurement.
     let first = measured.next()?;
-    // What the first stage sets is set before the measurement.
-    if !first.thermostat.is_empty() {
-        return Some("a thermostat");
-    }
-    measured.find_map(|stage| {
-        let edits = [
-            (!stage.thermostat.is_empty(), "a thermostat"),
-            (!stage.set_energy.is_empty(), "set_energy"),
-            (!stage.set_velocity.is_empty(), "set_velocity"),
-            (!stage.move_wall.is_empty(), "move_wall"),
-            (!stage.add_wall.is_empty(), "add_wall"),
-            (!stage.add.is_empty(), "add"),
-            (!stage.remove.is_empty(), "remove"),
-            (!stage.lock.is_empty(), "lock"),
-            (!stage.unlock.is_empty(), "unlock"),
-            (stage.drag.is_some_and(|drag| drag > 0.0), "a drag"),
-        ];
-        edits
-            .into_iter()
-            .find_map(|(is_there, what)| is_there.then_some(what))
-    })
+    std::iter::once((first, true))
+        .chain(measured.map(|stage| (stage, false)))
+        .find_map(|(stage, is_first)| {
+            let of_all = [
+                (!stage.thermostat.is_empty(), "a thermostat"),
+                (!stage.move_wall.is_empty(), "move_wall"),
+                (!stage.push_piston.is_empty(), "push_piston"),
+                (!stage.add_wall.is_empty(), "add_wall"),
+                (!stage.add.is_empty(), "add"),
+                (stage.drag.is_some_and(|drag| drag > 0.0), "a drag"),
+            ];
+            let of_later = [
+                (!stage.set_energy.is_empty(), "set_energy"),
+                (!stage.set_velocity.is_empty(), "set_velocity"),
+                (!stage.remove.is_empty(), "remove"),
+                (!stage.lock.is_empty(), "lock"),
+                (!stage.unlock.is_empty(), "unlock"),
+            ];
+            let of_later = of_later.into_iter().filter(|_| !is_first);
+            of_all
+                .into_iter()
+                .chain(of_later)
+                .find_map(|(is_there, what)| is_there.then_some(what))
+        })
 }
 
 /// Whether a quantity with this value at the start, which stages may replace, acts in the measured
