@@ -11,7 +11,8 @@
 //!    to those of the relative motion ([`DriveDeviation`](carom_kinematics::DriveDeviation)).
 //! 2. **Curvature with a fixed normal.** Bounds −n·d'' ≤ K and |d/dt (n·d'')| ≤ K₃ of the uniform
 //!    motion become K + A and K₃ + J, and n·d'' becomes n·d'' + n·w''. *Proof.* d'' is the sum of
-//!    that of the uniform motion and w''.
+//!    that of the uniform motion and w''. Of A and J the part along n is enough: a wall that
+//!    oscillates fast along itself does not shorten the steps.
 //! 3. **Curvature with a normal that turns at a rate ω** (of an edge). K + A + 2 |ω| W and K₃ + J +
 //!    3 |ω| A + 3 ω² W are bounds. *Proof.* y'' of [`edge_pair`](crate::edge_pair), Lemma 2, has
 //!    the additional terms n·w'' − 2 ω n·w'^⊥, and its derivative w''', at most 3 |ω| |w''| and at
@@ -209,7 +210,10 @@ struct DrivenPose {
 }
 
 /// The terms of a drive in the bounds on the curvature.
-struct DriveCurvature {
+struct DriveCurvature<'a> {
+    drive: &'a Drive,
+    /// The time that is left.
+    left: f64,
     bounds: DriveBounds,
     /// w'', of B relative to A (length per time squared).
     acceleration: DVec2,
@@ -250,6 +254,8 @@ impl<'a> DrivenPair<'a> {
         let flight = Flight::new(a, b, &motion);
         let left = (self.end - time).max(0.0);
         let of_drive = DriveCurvature {
+            drive: self.drive,
+            left,
             bounds: self.drive.bounds(left),
             acceleration: deviation.acceleration,
             error: deviation.acceleration_error,
@@ -340,19 +346,30 @@ impl PairBounds {
     }
 }
 
-impl DriveCurvature {
+impl DriveCurvature<'_> {
     /// The bounds of a pair in uniform motion with those of the drive, for a normal from A to B
     /// that turns at a rate (Lemmas 2 and 3).
     fn added_to(&self, uniform: Curvature, normal: DVec2, turn: f64) -> Curvature {
+        let turn = turn.abs();
+        // Rounding of the direction of the normal, and of products with it.
+        let tilt = 64.0 * U + self.tilt;
+        let whole = self.bounds;
         let DriveBounds {
             velocity,
             acceleration,
             jerk,
-        } = self.bounds;
-        let turn = turn.abs();
+        } = if turn == 0.0 && normal != DVec2::ZERO {
+            let along = self.drive.along(normal).bounds(self.left);
+            DriveBounds {
+                velocity: whole.velocity,
+                acceleration: along.acceleration + tilt * whole.acceleration,
+                jerk: along.jerk + tilt * whole.jerk,
+            }
+        } else {
+            whole
+        };
         let more = acceleration + 2.0 * turn * velocity;
-        // Rounding of the direction of the normal, and of the product.
-        let error = self.error + (64.0 * U + self.tilt) * more;
+        let error = self.error + tilt * (whole.acceleration + 2.0 * turn * velocity);
         let along_normal = normal.dot(self.acceleration) - error;
         Curvature {
             along_normal: uniform.along_normal + along_normal,
@@ -502,5 +519,32 @@ mod tests {
             assert!((time - expected).abs() < 2e-15, "{time} {expected}");
             assert!(answer.evaluations <= 6, "{}", answer.evaluations);
         }
+    }
+
+    /// A wall that oscillates along itself at 10⁴ times the speed of a disc above it: the search
+    /// sees only the motion across.
+    #[test]
+    fn a_fast_oscillation_of_a_wall_along_itself_shortens_no_step() {
+        let disc = Molecule::disc(0.25, 1.0).unwrap();
+        let wall = Molecule::wall_without_ends(8.0 * DVec2::X, 0.0).unwrap();
+        let drive = Drive::oscillation(0.01 * DVec2::X, 1e6, Orientation::default());
+        let [_, along] = drive.oscillation_now();
+        let find = |velocity: f64| {
+            let separation = DVec2::new(0.3, 0.25 + 1e-9);
+            let motion = RelativeMotion::exactly(separation, DVec2::new(0.0, velocity) - along);
+            let bodies = [wall.outline(), disc.outline()];
+            Exact::default().first_contact_driven(0.0, bodies, &motion, (&-drive, 0.0), 8e-6)
+        };
+        let leaves = find(1e-3);
+        assert!(
+            leaves.outcome.contact().is_none() && leaves.evaluations < 50,
+            "{leaves:?}"
+        );
+        let falls = find(-1e-3);
+        let time = falls.outcome.contact().expect("it falls").time;
+        assert!(
+            (time - 1e-6).abs() < 1e-12 && falls.evaluations < 50,
+            "{falls:?}"
+        );
     }
 }

@@ -168,6 +168,17 @@ impl Drive {
         deviation
     }
 
+    /// The part of this drive along a direction, a unit vector.
+    #[must_use]
+    pub fn along(&self, direction: DVec2) -> Self {
+        let part = |vector: DVec2| vector.dot(direction) * direction;
+        Self {
+            acceleration: part(self.acceleration),
+            amplitude: part(self.amplitude),
+            ..*self
+        }
+    }
+
     /// Bounds for a duration (time).
     pub fn bounds(&self, duration: f64) -> DriveBounds {
         let size = self.amplitude.length();
