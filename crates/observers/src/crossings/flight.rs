@@ -98,8 +98,8 @@ impl Segment {
         Some(passages)
     }
 
-    /// The boxes whose image of the segment may lie on the path, found piece by piece, each of which
-    /// is about as long as a box.
+    /// The boxes whose image of the segment may lie on the path, found piece by piece, each of
+    /// which is about as long as a box.
     fn images(&self, flight: &OpenPath, path: &Path, sides: DVec2) -> Option<BTreeSet<[i64; 2]>> {
         let (low, high) = path.range(0.0, path.duration);
         let boxes = ((high - low) / sides).max_element().ceil().max(1.0);

@@ -193,9 +193,9 @@ impl TangentSpace {
         }
     }
 
-    /// Whether a contact of these bodies with a small share `approach` of the relative velocity along
-    /// the normal may stretch a vector by more than the allowed growth: about their share of it over
-    /// `approach`.
+    /// Whether a contact of these bodies with a small share `approach` of the relative velocity
+    /// along the normal may stretch a vector by more than the allowed growth: about their share of
+    /// it over `approach`.
     fn stretches(&self, bodies: [u64; 2], approach: f64) -> bool {
         let rows = || {
             bodies
