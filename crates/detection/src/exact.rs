@@ -174,11 +174,21 @@ impl Detection for Exact {
             Unit::Ordinary => self.search((), begin, a, b, motion, horizon.min(f64::MAX)),
             Unit::Scaled(factor) => {
                 let motion = faster(motion, factor);
-                let [begin, horizon] = [begin, horizon].map(|time| (time / factor).min(f64::MAX));
+                let [begin, horizon] = [begin, horizon].map(|time| in_unit(time, factor));
                 later(self.search((), begin, a, b, &motion, horizon), factor)
             }
             Unit::OutOfRange => OUT_OF_RANGE,
         }
+    }
+}
+
+/// A time in a unit that is `factor` times as long. One before the present stays before it.
+fn in_unit(time: f64, factor: f64) -> f64 {
+    let scaled = (time / factor).min(f64::MAX);
+    if time < 0.0 {
+        scaled.min(-f64::MIN_POSITIVE)
+    } else {
+        scaled
     }
 }
 
@@ -200,7 +210,7 @@ impl Exact {
             }
             Unit::Scaled(factor) => {
                 let motion = faster(motion, factor);
-                let horizon = (horizon / factor).min(f64::MAX);
+                let horizon = in_unit(horizon, factor);
                 let answer = later(self.search(&mut log, 0.0, a, b, &motion, horizon), factor);
                 log.trace(answer, factor)
             }
