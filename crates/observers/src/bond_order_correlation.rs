@@ -153,9 +153,7 @@ impl Observer for BondOrderCorrelation {
     }
 
     fn sample(&mut self, view: &View<'_>) {
-        let members = view
-            .bodies()
-            .filter(|view| !view.body.is_wall() && self.group.contains(view.body));
+        let members = self.group.molecules(view);
         let places: Vec<DVec2> = members.map(|view| view.motion.position).collect();
         let is_same_box = *view.bounds() == self.bounds;
         let Some(orders) = orders(&places, view, self.rule).filter(|_| is_same_box) else {
@@ -164,14 +162,12 @@ impl Observer for BondOrderCorrelation {
         };
         self.squares[0] += orders.iter().map(|psi| psi.length_squared()).sum::<f64>();
         self.squares[1] += orders.len() as f64;
-        let (width, last) = (self.distances.width(), self.products.len() - 1);
         let cells = CellList::for_cutoff(&places, &self.bounds, self.cutoff);
         cells.for_each_pair_within(self.cutoff, |[i, j], squared| {
             let distance = squared.sqrt();
             self.distances.add(distance);
             // Rounding may take a distance just below the cutoff beyond the last bin.
-            let bin = (distance / width) as usize;
-            if bin <= last {
+            if let Some(bin) = self.distances.bin_of(distance) {
                 self.products[bin] += orders[i].dot(orders[j]);
             }
         });
@@ -181,26 +177,18 @@ impl Observer for BondOrderCorrelation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{HexaticOrder, PairDistribution, test_scenes::random_points};
-    use carom_engine::{BumperSpec, Scene, Simulation};
+    use crate::{
+        HexaticOrder, PairDistribution,
+        test_scenes::{discs_at, random_points, triangular_lattice},
+    };
+    use carom_engine::{Scene, Simulation};
 
     const HEXATIC: (u32, Neighbours) = (6, Neighbours::Nearest(6));
 
     #[test]
     fn a_triangular_lattice_has_one_at_each_distance() {
-        let height = 0.75f64.sqrt();
-        let mut scene = Scene::default();
-        scene.bounds.sides = [8.0, 10.0 * height];
-        let place = |site: u32| {
-            let [x, y] = [f64::from(site % 8), f64::from(site / 8)];
-            [x + 0.5 * (y % 2.0) + 0.1, height * y]
-        };
-        let bumper = |site: u32| BumperSpec {
-            radius: 0.01,
-            at: place(site),
-            tags: vec![],
-        };
-        scene.bumper = (0..80).map(bumper).collect();
+        let (sides, places) = triangular_lattice(8, 10);
+        let scene = discs_at(sides, 0.01, places);
         let simulation = Simulation::new(&scene).unwrap();
         let bounds = *simulation.view().bounds();
         for rule in [

@@ -243,10 +243,7 @@ impl Observer for Clusters {
     }
 
     fn sample(&mut self, view: &View<'_>) {
-        let members: Vec<_> = view
-            .bodies()
-            .filter(|body| !body.body.is_wall() && self.group.contains(body.body))
-            .collect();
+        let members: Vec<_> = self.group.molecules(view).collect();
         if members.is_empty() {
             return;
         }
@@ -291,8 +288,8 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
-    use crate::test_scenes::random_points;
-    use carom_engine::{BumperSpec, Scene, Simulation};
+    use crate::test_scenes::{discs_at, random_points};
+    use carom_engine::{Scene, Simulation};
 
     fn clusters_of(scene: &Scene, gap: f64) -> Clusters {
         let mut clusters = Clusters::new(Group::All, gap).unwrap();
@@ -302,14 +299,7 @@ mod tests {
 
     /// The only sample of points, as good as, in a box.
     fn point_of(sides: [f64; 2], places: &[[f64; 2]], gap: f64) -> ClusterPoint {
-        let mut scene = Scene::default();
-        scene.bounds.sides = sides;
-        let bumper = |&at: &[f64; 2]| BumperSpec {
-            radius: 1e-9,
-            at,
-            tags: vec![],
-        };
-        scene.bumper = places.iter().map(bumper).collect();
+        let scene = discs_at(sides, 1e-9, places.iter().copied().map(DVec2::from));
         clusters_of(&scene, gap).series()[0]
     }
 

@@ -240,7 +240,7 @@ impl Observer for CurrentCorrelation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::StructureFactor;
+    use crate::{StructureFactor, test_scenes::MIXTURE};
     use carom_engine::{Scene, Simulation};
     use carom_kinematics::Orientation;
     use std::f64::consts::TAU;
@@ -257,11 +257,7 @@ mod tests {
     /// Currents of single bodies at stored places, and sums over all pairs of frames.
     #[test]
     fn correlations_are_those_of_stored_frames() {
-        let scene = "[box]\nsides = [1.0, 1.3]\nseed = 8\n[[gas]]\nradius = 0.03\nmass = 1.0\nenergy = 1.0\n\
-                     count = 40\ntags = [\"a\"]\n[[gas]]\nradius = 0.02\nmass = 2.0\nenergy = 1.0\ncount = 25\n\
-                     [[molecule]]\nshape = \"disc\"\natom_radius = 0.02\natom_mass = 9.0\nat = [0.5, 0.5]\n\
-                     velocity = [3.0, 1.0]\n";
-        let mut simulation = Simulation::new(&Scene::from_toml(scene).unwrap()).unwrap();
+        let mut simulation = Simulation::new(&Scene::from_toml(MIXTURE).unwrap()).unwrap();
         let group = Group::from(simulation.find_tag("a").unwrap());
         let bounds = *simulation.view().bounds();
         let drift = simulation.view().centre_of_mass_frame().velocity();

@@ -156,10 +156,7 @@ impl Observer for Disclinations {
     }
 
     fn sample(&mut self, view: &View<'_>) {
-        let members: Vec<_> = view
-            .bodies()
-            .filter(|body| !body.body.is_wall() && self.group.contains(body.body))
-            .collect();
+        let members: Vec<_> = self.group.molecules(view).collect();
         let places: Vec<DVec2> = members.iter().map(|body| body.motion.position).collect();
         let Some((bonds, is_at_wall)) = bonds_between_walls(&places, view) else {
             return;
@@ -214,38 +211,21 @@ impl Disclinations {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_scenes::random_points;
-    use carom_engine::{BumperSpec, Scene, Simulation};
+    use crate::test_scenes::{discs_at, random_points, triangular_lattice};
+    use carom_engine::{Scene, Simulation};
 
     /// Points in a box, with walls in TOML.
     fn defects_of(sides: [f64; 2], places: &[DVec2], walls: &str) -> Disclinations {
-        let mut scene = Scene::default();
-        scene.bounds.sides = sides;
+        let mut scene = discs_at(sides, 1e-6, places.iter().copied());
         scene.wall = Scene::from_toml(walls).unwrap().wall;
-        let bumper = |place: &DVec2| BumperSpec {
-            radius: 1e-6,
-            at: place.to_array(),
-            tags: vec![],
-        };
-        scene.bumper = places.iter().map(bumper).collect();
         let mut defects = Disclinations::new(Group::All);
         defects.sample(&Simulation::new(&scene).unwrap().view());
         defects
     }
 
-    /// A triangular lattice of 12 columns and 14 rows at distance 1, and the sides of its box.
-    fn lattice() -> ([f64; 2], Vec<DVec2>) {
-        let height = 0.75_f64.sqrt();
-        let place = |site: usize| {
-            let [x, y] = [(site % 12) as f64, (site / 12) as f64];
-            DVec2::new(x + 0.5 * (y % 2.0) + 0.2, height * y + 0.3)
-        };
-        ([12.0, 14.0 * height], (0..12 * 14).map(place).collect())
-    }
-
     #[test]
     fn a_triangular_lattice_has_none_and_planted_pairs_are_found() {
-        let (sides, mut places) = lattice();
+        let (sides, mut places) = triangular_lattice(12, 14);
         let defects = defects_of(sides, &places, "");
         let point = defects.series()[0];
         assert_eq!((point.five, point.seven, point.others), (0, 0, 0));
@@ -282,7 +262,7 @@ mod tests {
 
     #[test]
     fn bodies_next_to_walls_do_not_count() {
-        let (sides, places) = lattice();
+        let (sides, places) = triangular_lattice(12, 14);
         let below = "[[wall]]\ny = 0.001\n";
         let defects = defects_of(sides, &places, below);
         let point = defects.series()[0];

@@ -33,7 +33,7 @@ const DIGITS: [u64; 2] = [1, 3];
 /// each axis on which momentum is conserved. After an edit at a sample call `start`, so that the
 /// frame moves on with its new velocity. Samples must be one spacing apart. A sample costs about
 /// three searches for pairs, as of [`PairDistribution`](crate::PairDistribution), one of them for
-/// lag 0. Memory: 24 bytes a body (of each group), 9 times for each decade of lags.
+/// lag 0. Memory: 24 bytes a body (of each group), 3 times for each decade of lags.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -129,6 +129,10 @@ struct Counts {
 }
 
 impl PairSums<Configuration> for Distances {
+    fn is_counted(&self) -> bool {
+        self.0.is_some()
+    }
+
     fn add(&mut self, before: &Configuration, now: &Configuration) {
         let Some(counts) = &mut self.0 else { return };
         let (centres, others) = (&before.first, now.second.as_ref().unwrap_or(&now.first));
@@ -258,9 +262,7 @@ impl DistinctVanHove {
 
     /// The bodies of a group, with places in the frame of the centre of mass.
     fn members(&self, view: &View<'_>, group: Group) -> Members {
-        let members = view
-            .bodies()
-            .filter(|view| !view.body.is_wall() && group.contains(view.body));
+        let members = group.molecules(view);
         let (ids, places) = members
             .map(|view| {
                 let place = view.motion.position - self.frame.displacement;
@@ -316,13 +318,8 @@ impl Observer for DistinctVanHove {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::PairDistribution;
+    use crate::{PairDistribution, test_scenes::MIXTURE};
     use carom_engine::{Scene, Simulation};
-
-    const MIXTURE: &str = "[box]\nsides = [1.0, 1.3]\nseed = 8\n[[gas]]\nradius = 0.03\nmass = 1.0\nenergy = 1.0\n\
-                           count = 40\ntags = [\"a\"]\n[[gas]]\nradius = 0.02\nmass = 2.0\nenergy = 1.0\ncount = 25\n\
-                           tags = [\"b\"]\n[[molecule]]\nshape = \"disc\"\natom_radius = 0.02\natom_mass = 9.0\n\
-                           at = [0.5, 0.5]\nvelocity = [3.0, 1.0]\n";
 
     fn bins(spacing: f64, longest: f64) -> DisplacementBins {
         DisplacementBins {

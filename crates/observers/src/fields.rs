@@ -24,7 +24,7 @@
 
 use std::ops::{Add, Mul};
 
-use carom_engine::{Body, BodyView, CollisionReport, Observer, Side, View};
+use carom_engine::{Body, CollisionReport, Observer, Side, View};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
@@ -223,16 +223,14 @@ impl Fields {
         self.samples as f64 * self.bins.area(bin)
     }
 
-    fn members<'a>(&self, view: &View<'a>) -> impl Iterator<Item = BodyView<'a>> + use<'a> {
-        let group = self.group;
-        view.bodies()
-            .filter(move |member| !member.body.is_wall() && group.contains(member.body))
-    }
-
     /// What the bodies carry along, in the frame of this velocity.
     fn carried(&self, view: &View<'_>, drift: DVec2) -> Fluxes {
         let mut fluxes = vec![[0.0; FLUXES]; self.bins.len()];
-        for member in self.members(view).filter(|member| member.body.is_free()) {
+        for member in self
+            .group
+            .molecules(view)
+            .filter(|member| member.body.is_free())
+        {
             let place = member.motion.position;
             let Some(sum) = self.bins.bin(place).and_then(|bin| fluxes.get_mut(bin)) else {
                 continue;
@@ -286,7 +284,7 @@ impl Fields {
     /// Density, velocity and temperature at a sample.
     fn count_bodies(&mut self, view: &View<'_>) {
         let mut now = vec![Moving::default(); self.bins.len()];
-        for member in self.members(view) {
+        for member in self.group.molecules(view) {
             let place = member.motion.position;
             let molecule = member.body.molecule();
             let bin = self.bins.bin(place);

@@ -1,6 +1,6 @@
 //! The bodies to be measured: all, or those with a tag.
 
-use carom_engine::{Body, Tag};
+use carom_engine::{Body, BodyView, Tag, View};
 use serde::{Deserialize, Serialize};
 
 /// The bodies to be measured.
@@ -34,6 +34,12 @@ impl Group {
             Self::All => true,
             Self::Tagged(tag) => body.has_tag(tag),
         }
+    }
+
+    /// The discs and molecules of the group, fixed or free: all but walls.
+    pub(crate) fn molecules<'a>(self, view: &View<'a>) -> impl Iterator<Item = BodyView<'a>> {
+        view.bodies()
+            .filter(move |body| !body.body.is_wall() && self.contains(body.body))
     }
 }
 

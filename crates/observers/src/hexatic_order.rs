@@ -133,9 +133,7 @@ impl Observer for HexaticOrder {
     }
 
     fn sample(&mut self, view: &View<'_>) {
-        let members = view
-            .bodies()
-            .filter(|view| !view.body.is_wall() && self.group.contains(view.body));
+        let members = self.group.molecules(view);
         let places: Vec<DVec2> = members.map(|view| view.motion.position).collect();
         let rule = (self.symmetry, self.neighbours);
         let Some(orders) = orders(&places, view, rule) else {
@@ -170,7 +168,7 @@ pub fn local_orders(view: &View<'_>) -> Vec<f64> {
 
 /// ψ₆ of each body that is not a wall, real and imaginary part; 0 for all of fewer than seven.
 pub(crate) fn complex_orders(view: &View<'_>) -> Vec<DVec2> {
-    let bodies = view.bodies().filter(|view| !view.body.is_wall());
+    let bodies = Group::All.molecules(view);
     let places: Vec<DVec2> = bodies.map(|view| view.motion.position).collect();
     orders(&places, view, HEXATIC).unwrap_or_else(|| vec![DVec2::ZERO; places.len()])
 }
@@ -263,21 +261,13 @@ pub(crate) fn power(z: DVec2, n: u32) -> DVec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_scenes::random_points;
-    use carom_engine::{BumperSpec, Scene, Simulation};
+    use crate::test_scenes::{discs_at, random_points, triangular_lattice};
+    use carom_engine::{Scene, Simulation};
 
     fn order_of(sides: [f64; 2], places: impl Iterator<Item = [f64; 2]>) -> HexaticPoint {
-        let mut scene = Scene::default();
-        scene.bounds.sides = sides;
+        let mut scene = discs_at(sides, 0.01, places.map(DVec2::from));
         // A wall does not count.
         scene.wall = Scene::from_toml("[[wall]]\nx = 0.9").unwrap().wall;
-        scene.bumper = places
-            .map(|at| BumperSpec {
-                radius: 0.01,
-                at,
-                tags: vec![],
-            })
-            .collect();
         let mut order = HexaticOrder::new(Group::All);
         order.sample(&Simulation::new(&scene).unwrap().view());
         order.series()[0]
@@ -285,12 +275,8 @@ mod tests {
 
     #[test]
     fn a_triangular_lattice_has_order_one() {
-        let height = 0.75f64.sqrt();
-        let place = |site: u32| {
-            let [x, y] = [f64::from(site % 8), f64::from(site / 8)];
-            [x + 0.5 * (y % 2.0) + 0.1, height * y]
-        };
-        let point = order_of([8.0, 10.0 * height], (0..80).map(place));
+        let (sides, places) = triangular_lattice(8, 10);
+        let point = order_of(sides, places.into_iter().map(|place| place.to_array()));
         assert!(
             (point.local - 1.0).abs() < 1e-12 && (point.global - 1.0).abs() < 1e-12,
             "{point:?}"
@@ -343,14 +329,7 @@ mod tests {
     }
 
     fn order_by(places: &[DVec2], sides: [f64; 2], n: u32, rule: Neighbours) -> Option<Vec<DVec2>> {
-        let mut scene = Scene::default();
-        scene.bounds.sides = sides;
-        let bumper = |place: &DVec2| BumperSpec {
-            radius: 1e-9,
-            at: place.to_array(),
-            tags: vec![],
-        };
-        scene.bumper = places.iter().map(bumper).collect();
+        let scene = discs_at(sides, 1e-9, places.iter().copied());
         orders(places, &Simulation::new(&scene).unwrap().view(), (n, rule))
     }
 

@@ -24,12 +24,18 @@ impl Histogram {
     }
 
     pub(crate) fn add(&mut self, value: f64) {
+        match self.bin_of(value) {
+            Some(bin) => self.counts[bin] += 1,
+            None => self.beyond += 1,
+        }
+    }
+
+    /// The bin of a value; `None` outside the bins.
+    pub(crate) fn bin_of(&self, value: f64) -> Option<usize> {
         let place = (value - self.low) / self.width;
         // A negative index must not be truncated to bin 0.
-        match self.counts.get_mut(place as usize) {
-            Some(count) if place >= 0.0 => *count += 1,
-            _ => self.beyond += 1,
-        }
+        let bin = place as usize;
+        (place >= 0.0 && bin < self.counts.len()).then_some(bin)
     }
 
     /// An empty histogram with these bins.

@@ -4,7 +4,7 @@
 //! −1 to 1: Knudsen's cosine law in two dimensions, and the measure that an ergodic table conserves
 //! from bounce to bounce.
 
-use carom_engine::{Body, CollisionReport, Observer, View};
+use carom_engine::{Body, CollisionReport, Observer};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
@@ -69,8 +69,6 @@ impl Observer for Incidence {
                 .into_iter()
                 .any(|body| body.is_free() && self.group.contains(body))
     }
-
-    fn start(&mut self, _: &View<'_>) {}
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
         let [first, second] = &report.sides;

@@ -160,9 +160,7 @@ impl IntermediateScattering {
     /// ρ / √N of a group for each wave vector; `None` for an empty group.
     fn waves(&self, view: &View<'_>, group: Group) -> Option<Vec<DVec2>> {
         let sides = self.chosen.bounds.sides();
-        let members = view
-            .bodies()
-            .filter(|view| !view.body.is_wall() && group.contains(view.body));
+        let members = group.molecules(view);
         let places: Vec<DVec2> = members
             .map(|view| (view.motion.position - self.frame.displacement) / sides)
             .collect();

@@ -26,6 +26,11 @@ pub(crate) trait PairSums<S>: Clone {
 
     /// Ends the pairs of one origin t₀: the next pair has another. Default: nothing.
     fn end_origin(&mut self) {}
+
+    /// Whether pairs at this lag count. Default: at each.
+    fn is_counted(&self) -> bool {
+        true
+    }
 }
 
 /// The time of the last sample, from which the next one is due after one spacing.
@@ -213,8 +218,13 @@ impl<S: Clone, T: PairSums<S>> Level<S, T> {
         for (sum, past) in self.sums.iter_mut().zip(&self.past) {
             sum.add(past, now);
         }
+        // No more than the longest lag that counts.
+        let counted = self.sums.iter().rposition(|sum| sum.sums.is_counted());
+        let Some(longest) = counted else {
+            return;
+        };
         // Reuses the memory of the oldest sample.
-        let mut sample = if self.past.len() == self.sums.len() {
+        let mut sample = if self.past.len() == longest + 1 {
             self.past.pop_back()
         } else {
             None

@@ -163,9 +163,7 @@ pub(crate) fn products_of_waves(
 ) -> Option<Vec<f64>> {
     // In units of the sides.
     let places = groups.map(|group| -> Vec<DVec2> {
-        let members = view
-            .bodies()
-            .filter(|view| !view.body.is_wall() && group.contains(view.body));
+        let members = group.molecules(view);
         members
             .map(|view| view.motion.position / bounds.sides())
             .collect()
@@ -219,8 +217,8 @@ impl Observer for StructureFactor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_scenes::random_points;
-    use carom_engine::{BumperSpec, Scene, Simulation};
+    use crate::test_scenes::{discs_at, random_points};
+    use carom_engine::{Scene, Simulation};
 
     fn observe(scenes: &[Scene], shells: usize) -> StructureFactor {
         let bounds = *Simulation::new(&scenes[0]).unwrap().view().bounds();
@@ -233,21 +231,11 @@ mod tests {
 
     #[test]
     fn a_square_lattice_has_bragg_peaks_and_nothing_else() {
-        let mut scene = Scene::default();
-        scene.bounds.sides = [2.0, 2.0];
-        let sites = (0..64).map(|site| {
-            [
-                f64::from(site % 8) * 0.25 + 0.03,
-                f64::from(site / 8) * 0.25,
-            ]
-        });
-        scene.bumper = sites
-            .map(|at| BumperSpec {
-                radius: 0.01,
-                at,
-                tags: vec![],
-            })
-            .collect();
+        let site = |site: u32| {
+            let [x, y] = [f64::from(site % 8), f64::from(site / 8)];
+            DVec2::new(0.25 * x + 0.03, 0.25 * y)
+        };
+        let scene = discs_at([2.0; 2], 0.01, (0..64).map(site));
         let structure = observe(&[scene], 40);
         for point in structure.points() {
             // In units of 2π / L: the peaks are at |n|² = 8² and 2 · 8².

@@ -228,8 +228,11 @@ impl Observer for StructureFactorMap {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{StructureFactor, test_scenes::random_points};
-    use carom_engine::{BumperSpec, Scene, Simulation};
+    use crate::{
+        StructureFactor,
+        test_scenes::{discs_at, random_points, triangular_lattice},
+    };
+    use carom_engine::Simulation;
     use std::f64::consts::TAU;
 
     #[test]
@@ -294,18 +297,8 @@ mod tests {
 
     #[test]
     fn a_triangular_lattice_has_six_peaks() {
-        let height = 0.75f64.sqrt();
-        let mut scene = Scene::default();
-        scene.bounds.sides = [8.0, 10.0 * height];
-        let bumper = |site: u32| {
-            let [x, y] = [f64::from(site % 8), f64::from(site / 8)];
-            BumperSpec {
-                radius: 0.01,
-                at: [x + 0.5 * (y % 2.0) + 0.1, height * y],
-                tags: vec![],
-            }
-        };
-        scene.bumper = (0..80).map(bumper).collect();
+        let (sides, places) = triangular_lattice(8, 10);
+        let scene = discs_at(sides, 0.01, places);
         let simulation = Simulation::new(&scene).unwrap();
         let bounds = *simulation.view().bounds();
         // The shortest reciprocal vectors have the length 4π/√3 for a lattice constant of 1, the

@@ -140,10 +140,7 @@ impl Observer for VoronoiCells {
     }
 
     fn sample(&mut self, view: &View<'_>) {
-        let members: Vec<_> = view
-            .bodies()
-            .filter(|body| !body.body.is_wall() && self.group.contains(body.body))
-            .collect();
+        let members: Vec<_> = self.group.molecules(view).collect();
         let places: Vec<DVec2> = members.iter().map(|body| body.motion.position).collect();
         let Some((bonds, is_at_wall)) = bonds_between_walls(&places, view) else {
             return;
@@ -206,33 +203,16 @@ fn common_radius(bodies: &[BodyView<'_>]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_scenes::random_points;
-    use carom_engine::{BumperSpec, Scene, Simulation};
+    use crate::test_scenes::{discs_at, random_points, triangular_lattice};
+    use carom_engine::{Scene, Simulation};
 
     /// Fixed discs of a radius in a box, with walls in TOML.
     fn cells_of(sides: [f64; 2], places: &[DVec2], radius: f64, walls: &str) -> VoronoiCells {
-        let mut scene = Scene::default();
-        scene.bounds.sides = sides;
+        let mut scene = discs_at(sides, radius, places.iter().copied());
         scene.wall = Scene::from_toml(walls).unwrap().wall;
-        let bumper = |place: &DVec2| BumperSpec {
-            radius,
-            at: place.to_array(),
-            tags: vec![],
-        };
-        scene.bumper = places.iter().map(bumper).collect();
         let mut cells = VoronoiCells::adaptive(Group::All, 20);
         cells.sample(&Simulation::new(&scene).unwrap().view());
         cells
-    }
-
-    /// A triangular lattice of 12 columns and 14 rows at distance 1, and the sides of its box.
-    fn lattice() -> ([f64; 2], Vec<DVec2>) {
-        let height = 0.75_f64.sqrt();
-        let place = |site: usize| {
-            let [x, y] = [(site % 12) as f64, (site / 12) as f64];
-            DVec2::new(x + 0.5 * (y % 2.0) + 0.2, height * y + 0.3)
-        };
-        ([12.0, 14.0 * height], (0..12 * 14).map(place).collect())
     }
 
     /// Area and number of sides of the cell of a body, from a large square of which the bisectors
@@ -330,7 +310,7 @@ mod tests {
 
     #[test]
     fn a_triangular_lattice_has_six_neighbours_and_equal_areas() {
-        let (sides, places) = lattice();
+        let (sides, places) = triangular_lattice(12, 14);
         let cells = cells_of(sides, &places, 0.49, "");
         let point = cells.series()[0];
         assert_eq!((point.cells, cells.sums()[3]), (168, [168.0, 168.0]));

@@ -225,7 +225,7 @@ impl Observer for LyapunovSpectrum {
         if self.begun.is_none() || report.impulse == DVec2::ZERO {
             return;
         }
-        if report.points > 1 || !report.elasticity.is_smooth() || report.elasticity.kick() != 0.0 {
+        if report.points > 1 || !report.elasticity.is_smooth() {
             self.approximated += 1;
         }
         if let Some(map) = ContactMap::new(report, &self.bounds, self.gravity) {

@@ -173,7 +173,7 @@ impl TangentSpace {
             let flight = time.since(std::mem::replace(&mut rows.since, time));
             Some((*rows, flight))
         });
-        let share_before = self.share_of(places);
+        let share_before = self.share_of(bodies, 0);
         for column in 0..self.count {
             let before = places.map(|place| {
                 place.map_or_else(BodyDeviation::default, |(rows, flight)| {
@@ -187,7 +187,7 @@ impl TangentSpace {
                 }
             }
         }
-        self.squared_norm += self.share_of(places) - share_before;
+        self.squared_norm += self.share_of(bodies, 0) - share_before;
         if self.squared_norm > MAX_GROWTH * MAX_GROWTH {
             self.orthonormalise(time);
         }
@@ -197,34 +197,18 @@ impl TangentSpace {
     /// along the normal may stretch a vector by more than the allowed growth: about their share of
     /// it over `approach`.
     fn stretches(&self, bodies: [u64; 2], approach: f64) -> bool {
-        let rows = || {
-            bodies
-                .iter()
-                .filter_map(|id| self.bodies.get(id))
-                .flat_map(|rows| rows.range())
-        };
-        let share = |column: usize| -> f64 {
-            let square = |row: usize| {
-                let term = self.weights[row] * self.at(row, column);
-                term * term
-            };
-            rows().map(square).sum()
-        };
         let allowed = (MAX_GROWTH * approach).powi(2);
-        (0..self.count).any(|column| share(column) > allowed)
+        (0..self.count).any(|column| self.share_of(bodies, column) > allowed)
     }
 
-    /// The share of two bodies in the square of the norm of the first vector.
-    fn share_of(&self, places: [Option<(BodyRows, f64)>; 2]) -> f64 {
-        let rows = places
-            .into_iter()
-            .flatten()
-            .flat_map(|(rows, _)| rows.range());
+    /// The share of two bodies in the square of the norm of a vector.
+    fn share_of(&self, bodies: [u64; 2], column: usize) -> f64 {
+        let known = bodies.iter().filter_map(|id| self.bodies.get(id));
         let square = |row: usize| {
-            let term = self.weights[row] * self.at(row, 0);
+            let term = self.weights[row] * self.at(row, column);
             term * term
         };
-        rows.map(square).sum()
+        known.flat_map(|rows| rows.range()).map(square).sum()
     }
 
     /// Makes the vectors orthonormal at this time, and takes ln of the growth of each since the

@@ -96,26 +96,19 @@ impl Measured for LyapunovSpectrum {
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let half = self.dimension() / 2;
-        let count = means.len().saturating_sub(half + 3);
-        let (exponents, others) = means.split_at(count);
-        let number = |n: usize| (n + 1) as f64;
-        let mut table = Table::new(context.table("lyapunov"), "Lyapunov exponents")
-            .abscissa("number", "1", (0..count).map(number).collect())
-            .means("exponent", RATE, exponents)
-            .caption(caption(self));
-        let Some((pairs, [larger, all, contraction])) = others
-            .split_at_checked(half)
-            .and_then(|(pairs, rest)| Some((pairs, <&[BlockMean; 3]>::try_from(rest).ok()?)))
-        else {
+        let [exponents @ .., larger, all, contraction] = means else {
             return Results::default();
         };
-        let widest = pairs
+        let (exponents, pairs) = exponents.split_at(exponents.len().saturating_sub(half));
+        let count = exponents.len();
+        let mut table = Table::new(context.table("lyapunov"), "Lyapunov exponents")
+            .abscissa("number", "1", (1..=count).map(|n| n as f64).collect())
+            .means("exponent", RATE, exponents)
+            .caption(caption(self));
+        let measured = pairs
             .iter()
-            .filter(|pair| pair.value.is_some())
-            .max_by(|a, b| {
-                let size = |mean: &BlockMean| mean.value.map_or(0.0, f64::abs);
-                size(a).total_cmp(&size(b))
-            });
+            .filter_map(|pair| Some((pair.value?.abs(), pair)));
+        let widest = measured.max_by(|(a, _), (b, _)| a.total_cmp(b));
         if widest.is_some() {
             let partner = |n: usize| pairs[n.min(self.dimension() - 1 - n)].value;
             table = table.derived(
@@ -124,14 +117,14 @@ impl Measured for LyapunovSpectrum {
                 (0..count).map(partner).collect(),
             );
         }
-        let mut figures: Vec<_> = exponents
-            .first()
+        let fastest = exponents.first();
+        let mut figures: Vec<_> = fastest
             .and_then(|mean| context.figure(FASTEST, RATE, mean))
             .into_iter()
             .collect();
         if context.is_elastic {
             figures.extend(context.figure(ENTROPY, RATE, larger));
-            figures.extend(widest.and_then(|pair| context.figure(PAIR, RATE, pair)));
+            figures.extend(widest.and_then(|(_, pair)| context.figure(PAIR, RATE, pair)));
         } else {
             let sum = context.figure(SUM, RATE, all);
             figures.extend(sum.map(|sum| sum.predicted(contraction.value, CONTRACTION)));

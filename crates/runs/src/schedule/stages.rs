@@ -239,32 +239,38 @@ pub fn has_elasticity(scene: &Scene, holds: impl Fn(&ElasticitySpec) -> bool) ->
 /// nothing does.
 pub fn resets(scene: &Scene) -> Option<&'static str> {
     let mut measured = scene.stage.iter().filter(|stage| stage.measure);
-    // What the first one sets of the free bodies is set before the measurement.
     let first = measured.next()?;
-    std::iter::once((first, true))
-        .chain(measured.map(|stage| (stage, false)))
-        .find_map(|(stage, is_first)| {
-            let of_all = [
-                (!stage.thermostat.is_empty(), "a thermostat"),
-                (!stage.move_wall.is_empty(), "move_wall"),
-                (!stage.push_piston.is_empty(), "push_piston"),
-                (!stage.add_wall.is_empty(), "add_wall"),
-                (!stage.add.is_empty(), "add"),
-                (stage.drag.is_some_and(|drag| drag > 0.0), "a drag"),
-            ];
-            let of_later = [
-                (!stage.set_energy.is_empty(), "set_energy"),
-                (!stage.set_velocity.is_empty(), "set_velocity"),
-                (!stage.remove.is_empty(), "remove"),
-                (!stage.lock.is_empty(), "lock"),
-                (!stage.unlock.is_empty(), "unlock"),
-            ];
-            let of_later = of_later.into_iter().filter(|_| !is_first);
-            of_all
-                .into_iter()
-                .chain(of_later)
-                .find_map(|(is_there, what)| is_there.then_some(what))
-        })
+    // What the first one sets of the free bodies is set before the measurement.
+    driven(first).or_else(|| measured.find_map(|stage| driven(stage).or_else(|| edited(stage))))
+}
+
+/// What acts on bodies during a stage, or adds what may.
+fn driven(stage: &StageSpec) -> Option<&'static str> {
+    of_first_given([
+        (!stage.thermostat.is_empty(), "a thermostat"),
+        (!stage.move_wall.is_empty(), "move_wall"),
+        (!stage.push_piston.is_empty(), "push_piston"),
+        (!stage.add_wall.is_empty(), "add_wall"),
+        (!stage.add.is_empty(), "add"),
+        (stage.drag.is_some_and(|drag| drag > 0.0), "a drag"),
+    ])
+}
+
+/// What changes the free bodies at the start of a stage.
+fn edited(stage: &StageSpec) -> Option<&'static str> {
+    of_first_given([
+        (!stage.set_energy.is_empty(), "set_energy"),
+        (!stage.set_velocity.is_empty(), "set_velocity"),
+        (!stage.remove.is_empty(), "remove"),
+        (!stage.lock.is_empty(), "lock"),
+        (!stage.unlock.is_empty(), "unlock"),
+    ])
+}
+
+/// The name of the first key that is given.
+fn of_first_given<const N: usize>(keys: [(bool, &'static str); N]) -> Option<&'static str> {
+    keys.into_iter()
+        .find_map(|(is_given, name)| is_given.then_some(name))
 }
 
 /// Whether a quantity with this value at the start, which stages may replace, acts in the measured
