@@ -1,11 +1,11 @@
 //! The correlation of the bond-orientational order over the distance, g₆(r).
 //!
 //! gₙ(r) = Re ⟨ψₙ(i) ψₙ*(j)⟩ over the pairs of bodies at the distance r, with the order ψₙ of
-//! [`HexaticOrder`](crate::HexaticOrder). For n = 6 it is 1 in a triangular lattice. By ⟨|ψₙ|²⟩,
-//! its value at distance 0, it tends to a constant in a crystal, falls as a power r^−η with η ≤ 1/4
-//! in a hexatic phase, and exponentially in a liquid (Halperin & Nelson 1978). Bodies that share
-//! neighbours are correlated, also at independent places: there gₙ falls from ⟨|ψₙ|²⟩ to 0 within
-//! the distance of the farthest common neighbours.
+//! [`HexaticOrder`](crate::HexaticOrder). For n = 6 it is 1 in a triangular lattice. Divided by
+//! ⟨|ψₙ|²⟩, its value at distance 0, it tends to a constant in a crystal, falls as a power r^−η
+//! with η ≤ 1/4 in a hexatic phase, and exponentially in a liquid (Halperin & Nelson 1978). Bodies
+//! that share neighbours are correlated, also at independent places: there gₙ falls from ⟨|ψₙ|²⟩ to
+//! 0 within the distance of the farthest common neighbours.
 
 use carom_engine::{Observer, View};
 use carom_geometry::PeriodicBox;

@@ -32,7 +32,7 @@
 //! | fields over the place: density, velocity, kT, stress, heat current | [`Fields`] | contacts, samples |
 //! | translational and rotational temperature of a group | [`TemperatureByTag`] | samples |
 //! | place, velocity and energy of a piston | [`PistonSeries`] | samples |
-//! | crossings of a segment: flux, first passages, a section of the paths | [`Crossings`] | contacts, samples |
+//! | crossings of a segment: flux, first passages, a Poincaré section | [`Crossings`] | contacts, samples |
 //! | path lengths between contacts | [`FreePaths`] | contacts |
 //! | shear viscosity and heat conductivity: Helfand moments | [`HelfandMoment`] | contacts, samples |
 //! | energy put in by resets and lost in contacts | [`ThermostatLedger`] | samples |

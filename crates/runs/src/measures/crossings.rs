@@ -33,7 +33,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
             RECORD,
             &["none", "all"],
             Default::FromScene("none"),
-            "all: writes each crossing to a file (0.1 kB), with its place and velocity: a section of the paths",
+            "all: writes each crossing to a file (0.1 kB), with its place and velocity: a Poincaré section",
         ),
     ],
     figures: &[
