@@ -26,7 +26,7 @@ struct Laws {
 impl Laws {
     fn new(view: &View<'_>, elasticity: f64) -> Self {
         Self {
-            bounds: *view.bounds(),
+            bounds: view.bounds(),
             elasticity,
             guarded: 0,
             lost: 0.0,

@@ -170,7 +170,7 @@ fn energy_and_momentum_balance_over_a_floor() {
             let off = (view.momentum() - start - weight - given.0).length();
             assert!(off < 1e-10 * weight.length(), "{gas}: {off:e}");
             for body in view.bodies().filter(|body| !body.body.is_fixed()) {
-                assert!(body.unwrapped(view.bounds()).y > 0.02);
+                assert!(body.unwrapped(&view.bounds()).y > 0.02);
             }
             let mut fixed = view.bodies().filter(|body| body.body.is_fixed());
             assert!(fixed.all(|body| body.motion.is_at_rest()));
@@ -250,7 +250,7 @@ fn a_falling_gas_returns_when_all_velocities_are_reversed() {
     let places = |simulation: &Simulation| -> Vec<DVec2> {
         let view = simulation.view();
         let bodies = view.bodies();
-        bodies.map(|body| body.unwrapped(view.bounds())).collect()
+        bodies.map(|body| body.unwrapped(&view.bounds())).collect()
     };
     let start = places(&simulation);
     simulation.run_until(0.25).unwrap();

@@ -172,7 +172,7 @@ fn check_borders<S: Scheduler>(options: &S::Options) {
     simulation.run_until(100.0).unwrap();
     let body = simulation.view().bodies().next().unwrap();
     assert_eq!(
-        body.unwrapped(simulation.view().bounds()),
+        body.unwrapped(&simulation.view().bounds()),
         DVec2::splat(100.0)
     );
 }

@@ -39,6 +39,7 @@ mod rough;
 mod run_errors;
 mod scene;
 mod schedulers;
+mod shear;
 mod sides;
 mod sinking;
 mod speeds;

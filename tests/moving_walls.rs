@@ -218,7 +218,7 @@ fn a_box_that_flies_holds_a_gas_of_the_same_trajectory() {
         assert_eq!(one.counters().collisions, other.counters().collisions);
         for (a, b) in one.bodies().zip(other.bodies()) {
             let shift = glam::DVec2::from(u);
-            let away = b.unwrapped(other.bounds()) - a.unwrapped(one.bounds()) - shift * time;
+            let away = b.unwrapped(&other.bounds()) - a.unwrapped(&one.bounds()) - shift * time;
             assert!(away.length() < 1e-7, "{} at {time}: {away}", a.body.id());
             if !a.body.is_fixed() {
                 assert!((b.motion.velocity - a.motion.velocity - shift).length() < 1e-7);

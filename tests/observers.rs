@@ -169,7 +169,7 @@ fn observers_change_no_bit() {
         ThermostatLedger::default(),
         VelocityDistribution::adaptive(Group::All, 20),
         TimeCorrelation::new(Group::All, 3.0 / 7.0, 3.0).unwrap(),
-        PairDistribution::new([Group::All; 2], watched.view().bounds(), 0.3, 30).unwrap(),
+        PairDistribution::new([Group::All; 2], &watched.view().bounds(), 0.3, 30).unwrap(),
         contacts,
     );
     let mut observers = (&mut observers, &mut more);

@@ -424,7 +424,7 @@ fn a_shaker_that_crosses_the_border_is_reversed_and_resumed() {
     let place = |simulation: &Simulation| {
         let view = simulation.view();
         let wall = view.bodies().find(|body| body.body.is_wall()).unwrap();
-        (wall.unwrapped(view.bounds()).y, wall.motion.velocity.y)
+        (wall.unwrapped(&view.bounds()).y, wall.motion.velocity.y)
     };
     simulation.run_until(0.5).unwrap();
     let before = place(&simulation);

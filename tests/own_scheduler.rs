@@ -8,13 +8,13 @@ use carom_engine::{
     rounding_bound,
     scheduler::{ContactEvent, EventLoop, EventQueue, StoredMotions, TouchingParts},
 };
-use carom_kinematics::{Motion, RelativeMotion};
+use carom_kinematics::Motion;
 use carom_response::{ContactFrame, Impact, approach_speed};
 use glam::DVec2;
 
 /// Computes the next contact of each pair in each image anew for each event. It stores only the
 /// motions, whose positions it never wraps.
-struct AllPairs {
+pub(crate) struct AllPairs {
     motions: Vec<Motion>,
     now: f64,
 }
@@ -23,6 +23,8 @@ impl Scheduler for AllPairs {
     type Options = ();
 
     const CONTACTS_PER_EPOCH: u64 = 8;
+    // Bodies are passed through the seam at the end of the epoch.
+    const RUNS_SHEAR: bool = true;
 
     fn new((): &(), _: &World) -> Result<Self, GridError> {
         Ok(Self {
@@ -66,7 +68,7 @@ impl EventQueue for AllPairs {
             .motions
             .iter()
             .map(|motion| motion.velocity.length())
-            .fold(0.0, f64::max);
+            .fold(world.shear_rate().abs() * sides.y, f64::max);
         let pairs = (0..all.len()).flat_map(|a| (a + 1..all.len()).map(move |b| [a, b]));
         let pairs: Vec<_> = pairs
             .filter(|pair| !pair.iter().all(|&body| all[body].is_fixed()))
@@ -84,11 +86,16 @@ impl EventQueue for AllPairs {
                     .map(|molecule| molecule.bounding_radius())
                     .sum();
                 let [w, h] = (reach / sides).to_array().map(|boxes| boxes.ceil() as i64);
-                let apart = a.position_at(self.now) - b.position_at(self.now);
-                let [x, y] = (apart / sides).round().to_array().map(|boxes| boxes as i64);
-                for image in (x - w..=x + w).flat_map(|x| (y - h..=y + h).map(move |y| [x, y])) {
-                    let relative =
-                        RelativeMotion::between(a, b, world.bounds().shift(image), self.now);
+                let bodies = pair.map(|body| body as u32);
+                let seen = |image| world.relative_motion(bodies, [a, b], image, self.now);
+                let nearest = |apart: f64, side: f64| -(apart / side).round() as i64;
+                let y = nearest(seen([0, 0]).separation.y, sides.y);
+                let images = (y - h..=y + h).flat_map(|y| {
+                    let x = nearest(seen([0, y]).separation.x, sides.x);
+                    (x - w..=x + w).map(move |x| [x, y])
+                });
+                for image in images {
+                    let relative = seen(image);
                     let [a, b] = molecules.map(|molecule| molecule.outline());
                     match search
                         .first_contact(a, b, &relative, until - self.now)
@@ -96,7 +103,6 @@ impl EventQueue for AllPairs {
                     {
                         Outcome::Contact(contact) => {
                             let (time, parts) = (self.now + contact.time, contact.touch.into());
-                            let bodies = pair.map(|body| body as u32);
                             let found = ContactEvent {
                                 time,
                                 bodies,

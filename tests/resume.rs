@@ -57,7 +57,7 @@ fn watched<S: Scheduler>(simulation: &Run<S>) -> Watched {
         (
             VelocityDistribution::adaptive(Group::All, 10),
             TimeCorrelation::new(Group::All, SAMPLE_INTERVAL, 1.0).unwrap(),
-            PairDistribution::new([Group::All; 2], view.bounds(), 0.2, 20).unwrap(),
+            PairDistribution::new([Group::All; 2], &view.bounds(), 0.2, 20).unwrap(),
             ThermostatLedger::default(),
         ),
     )

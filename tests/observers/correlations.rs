@@ -111,7 +111,7 @@ fn averages_agree_with_sums_by_hand_while_bodies_are_added_and_removed() {
             sample
                 .map(|body| {
                     let velocity = body.motion.velocity - drift(&simulation);
-                    (body.body.id(), body.unwrapped(bounds) - gone, velocity)
+                    (body.body.id(), body.unwrapped(&bounds) - gone, velocity)
                 })
                 .collect(),
         );

@@ -83,7 +83,7 @@ fn sums_over_a_locked_tee_are_its_momentum_and_its_displacement() {
     let state = |simulation: &Simulation| {
         let view = simulation.view();
         let tee = view.body(watched).unwrap();
-        (tee.motion.velocity, tee.unwrapped(view.bounds()))
+        (tee.motion.velocity, tee.unwrapped(&view.bounds()))
     };
     let (velocity, place) = state(&simulation);
     observe(&mut simulation, &mut observers, 5.0, 3);

@@ -38,7 +38,7 @@ fn counts_are_those_of_all_pairs_for_any_number_of_cells() {
             [cold.into(), cold.into()],
             [Group::All, hot.into()],
         ] {
-            let mut pairs = PairDistribution::new(groups, view.bounds(), cutoff, 10).unwrap();
+            let mut pairs = PairDistribution::new(groups, &view.bounds(), cutoff, 10).unwrap();
             assert!(pairs.points().is_empty());
             pairs.sample(&view);
             let (mut counts, mut all) = ([0; 10], 0.0);
@@ -84,7 +84,7 @@ fn the_pair_distribution_of_hard_discs_is_that_of_the_liquid() {
     // Stat. Phys. 122 (2006) 15), so that χ = (Z − 1) / 2η = 1.772.
     let mut simulation = Simulation::new(&hard_discs(400, 0.3, 3)).unwrap();
     simulation.run_until(20.0).unwrap();
-    let bounds = *simulation.view().bounds();
+    let bounds = simulation.view().bounds();
     let mut pairs = PairDistribution::new([Group::All; 2], &bounds, 8.0, 400).unwrap();
     // Γ = 2.4: about one collision per disc between samples, and about 17 pairs per sample in the
     // bin at contact.
@@ -129,7 +129,7 @@ fn a_cutoff_must_be_less_than_half_the_box() {
     scene.bounds.sides = [1.0, 0.5];
     let simulation = Simulation::new(&scene).unwrap();
     let view = simulation.view();
-    let new = |cutoff| PairDistribution::new([Group::All; 2], view.bounds(), cutoff, 0);
+    let new = |cutoff| PairDistribution::new([Group::All; 2], &view.bounds(), cutoff, 0);
     assert_eq!(
         new(0.25).unwrap_err(),
         CutoffError::BeyondHalf {

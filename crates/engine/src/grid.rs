@@ -1,6 +1,7 @@
 //! A cell list for boxes of any size: the bodies in each cell, and the images through which cells
 //! are adjacent.
 
+use carom_kinematics::Motion;
 use glam::DVec2;
 use smallvec::SmallVec;
 
@@ -8,6 +9,7 @@ use crate::{
     scene::error::GridError,
     world::{
         World,
+        pistons::first_passage,
         wall::{StandingWall, cells_about, folded, place_during},
     },
 };
@@ -30,7 +32,8 @@ pub enum CellsPerSide {
 /// Most cells along a side.
 const MAX_CELLS_PER_SIDE: u32 = 4096;
 
-/// A grid of cells over the box, with the bodies in them.
+/// A grid of cells over the box, with the bodies in them. Under shear the cells are parallelograms
+/// that shear with the flow (lemma in `world/shear.rs`).
 ///
 /// Two bodies that are no walls can touch only while their centres lie in the same or in adjacent
 /// cells, because a cell is at least as long as the largest sum of two bounding radii. With fewer
@@ -43,6 +46,9 @@ pub struct Grid {
     side: DVec2,
     cells: Vec<SmallVec<[u32; 6]>>,
     place: Vec<[i32; 2]>,
+    /// Slope of the cells at the start of the epoch and its rate of change (1/time), under shear:
+    /// the cells are at rest in x − slope y.
+    skew: Option<[f64; 2]>,
     /// The walls that a body in each cell may touch, with the images in which they appear; empty if
     /// there are no walls.
     walls: Vec<NearWalls>,
@@ -101,7 +107,9 @@ impl Grid {
                 bodies: [bodies[0]; 2],
             });
         }
-        if reach > side {
+        // Cells that shear are longer than two bodies reach.
+        let stretch = DVec2::new(world.stretch_of_cells(), 1.0);
+        if reach > (sides / stretch).min_element() {
             return Err(GridError::BoxTooSmall {
                 reach,
                 side,
@@ -122,7 +130,8 @@ impl Grid {
                 MAX_CELLS_PER_SIDE
             }
         };
-        let largest = safe(side).max(1);
+        let [across, up] = (sides / stretch).to_array();
+        let largest = safe(across.min(up)).max(1);
         match cells {
             CellsPerSide::Given(cells) | CellsPerSide::Unchecked(cells)
                 if !(1..=MAX_CELLS_PER_SIDE).contains(&cells) =>
@@ -142,7 +151,7 @@ impl Grid {
                 let bodies = world.bodies().len().max(1) as f64;
                 let paying = (sides.x * sides.y / (1.5 * bodies)).sqrt();
                 let count = |side: f64| safe(side).min((side / paying).ceil() as u32).max(1) as i32;
-                Ok([count(sides.x), count(sides.y)])
+                Ok([count(across), count(up)])
             }
         }
     }
@@ -177,9 +186,15 @@ impl Grid {
         }
     }
 
-    /// Sorts all bodies into the cells of their positions, for an epoch that ends at `limit`
+    /// Sorts all bodies into the cells of their positions in `motions`, for an epoch that ends at `limit`
     /// (offset in it, time): walls that move are listed for the whole epoch.
-    pub fn fill(&mut self, world: &World, counts: [i32; 2], limit: f64) {
+    pub fn fill(
+        &mut self,
+        world: &World,
+        (motions, windings): (&mut [Motion], &mut [[i64; 2]]),
+        counts: [i32; 2],
+        limit: f64,
+    ) {
         let sides = world.bounds().sides();
         self.counts = counts;
         self.side = DVec2::new(
@@ -191,10 +206,20 @@ impl Grid {
         self.cells.iter_mut().for_each(SmallVec::clear);
         self.cells.resize_with(total, SmallVec::new);
         self.place.clear();
-        for (index, motion) in world.motions().iter().enumerate() {
+        let slope = world.bounds().tilt() / sides.y;
+        self.skew = world.is_sheared().then_some([slope, world.shear_rate]);
+        for (index, motion) in motions.iter_mut().enumerate() {
+            let mut across = motion.position.x;
+            if self.skew.is_some() {
+                // The image in the parallelogram that the cells cover.
+                let boxes = ((across - slope * motion.position.y) / sides.x).floor();
+                motion.position.x -= boxes * sides.x;
+                windings[index][0] += boxes as i64;
+                across = motion.position.x - slope * motion.position.y;
+            }
             let cell = |x: f64, side: f64, count: i32| ((x / side) as i32).clamp(0, count - 1);
             let place = [
-                cell(motion.position.x, self.side.x, counts[0]),
+                cell(across, self.side.x, counts[0]),
                 cell(motion.position.y, self.side.y, counts[1]),
             ];
             self.place.push(place);
@@ -204,6 +229,27 @@ impl Grid {
             self.cells[(place[1] * counts[0] + place[0]) as usize].push(index as u32);
         }
         self.list_walls(world, limit);
+    }
+
+    /// Whether the cells shear.
+    pub fn is_skewed(&self) -> bool {
+        self.skew.is_some()
+    }
+
+    /// In cells that shear: the time from `now` (offset in the epoch) until a body leaves its cell
+    /// through one of the `borders` across x − slope y, and the direction in which it does; `None`
+    /// if it does not, and in cells that do not shear.
+    pub fn time_across(&self, motion: &Motion, borders: [f64; 2], now: f64) -> Option<(f64, i32)> {
+        let [slope, rate] = self.skew?;
+        let slope = slope + rate * now;
+        let place = motion.position_at(now);
+        let across = place.x - slope * place.y;
+        let velocity = (motion.velocity.x - slope * motion.velocity.y) - rate * place.y;
+        let acceleration = -2.0 * (rate * motion.velocity.y);
+        let up = first_passage(borders[1] - across, velocity, acceleration);
+        let down = first_passage(across - borders[0], -velocity, -acceleration);
+        let soonest = if down < up { (down, -1) } else { (up, 1) };
+        (soonest.0 < f64::INFINITY).then_some(soonest)
     }
 
     /// Lists each wall but pistons, and each other fixed body that is driven, in every cell that

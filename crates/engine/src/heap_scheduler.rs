@@ -59,6 +59,8 @@ pub struct HeapScheduler {
     limit: f64,
     /// Bound on the rounding of a separation in this epoch (length).
     separation_error: f64,
+    /// Work of the shear so far, where bodies passed through the seam.
+    work_of_shear: f64,
     /// Scratch space.
     neighbours: Neighbours,
     done: SchedulerCounters,
@@ -128,6 +130,7 @@ impl Scheduler for HeapScheduler {
     const CONTACTS_PER_EPOCH: u64 = 8;
     const RUNS_DRIVEN_BODIES: bool = true;
     const RUNS_PISTONS: bool = true;
+    const RUNS_SHEAR: bool = true;
 
     fn new(cells_per_side: &CellsPerSide, world: &World) -> Result<Self, GridError> {
         Ok(Self {
@@ -140,6 +143,7 @@ impl Scheduler for HeapScheduler {
             versions: Vec::new(),
             limit: 0.0,
             separation_error: 0.0,
+            work_of_shear: 0.0,
             neighbours: Neighbours::default(),
             done: SchedulerCounters::default(),
         })
@@ -149,9 +153,15 @@ impl Scheduler for HeapScheduler {
         self.heap.clear();
         self.limit = limit;
         self.separation_error = separation_error(world);
-        self.grid.fill(world, self.counts, limit);
         self.motions.clone_from(&world.motions);
         self.windings.clone_from(&world.windings);
+        self.work_of_shear = world.work_of_shear();
+        self.grid.fill(
+            world,
+            (&mut self.motions, &mut self.windings),
+            self.counts,
+            limit,
+        );
         self.wrapped.start(world.bodies.len());
         self.versions.clear();
         self.versions.resize(world.bodies.len(), 0);
@@ -175,6 +185,7 @@ impl Scheduler for HeapScheduler {
     }
 
     fn store(&self, state: &mut StoredMotions<'_>) {
+        state.set_work_of_shear(self.work_of_shear);
         for (body, (motion, winding)) in self.motions.iter().zip(&self.windings).enumerate() {
             state.set(body as u32, *motion, *winding);
         }
@@ -184,6 +195,7 @@ impl Scheduler for HeapScheduler {
         let Some(wrapped) = self.wrapped.take() else {
             return self.store(state);
         };
+        state.set_work_of_shear(self.work_of_shear);
         for &body in wrapped.iter().chain(contact) {
             state.set(
                 body,
@@ -380,8 +392,15 @@ impl HeapScheduler {
             SmallVec::from_slice(self.grid.walls(body));
         let wrapped = self.grid.enter(body, step);
         if wrapped != 0 {
-            let side = world.bounds.sides()[step.axis];
-            self.motions[body as usize].position[step.axis] -= f64::from(wrapped) * side;
+            let motion = &mut self.motions[body as usize];
+            if step.axis == 1 && world.is_sheared() {
+                let (after, gained) = world.pass_seam(body, motion, wrapped);
+                *motion = after;
+                self.work_of_shear += gained;
+            } else {
+                let side = world.bounds.sides()[step.axis];
+                motion.position[step.axis] -= f64::from(wrapped) * side;
+            }
             self.windings[body as usize][step.axis] += i64::from(wrapped);
             self.wrapped.push(body);
             walls_before
@@ -430,7 +449,8 @@ impl HeapScheduler {
             }
             return;
         }
-        let speed = self.motions[body as usize].velocity.abs().element_sum();
+        let own_speed = self.motions[body as usize].velocity.abs().element_sum();
+        let speed = own_speed + world.speed_of_images().abs();
         let radius = shape.bounding_radius();
         let empty = DiscLanes::empty(self.separation_error, speed);
         let (mut lanes, mut partners) = (empty, SmallVec::<[(u32, [i32; 2]); DISC_LANES]>::new());
@@ -564,6 +584,7 @@ impl HeapScheduler {
         let motion = &self.motions[body as usize];
         let place = self.grid.place(body);
         let (near, far) = (self.grid.corner(place), self.grid.far_corner(place));
+        let sideways = self.grid.time_across(motion, [near.x, far.x], now);
         let mut soonest = (
             f64::INFINITY,
             CellStep {
@@ -571,7 +592,11 @@ impl HeapScheduler {
                 direction: 0,
             },
         );
-        for axis in 0..2 {
+        if let Some((time, direction)) = sideways {
+            let axis = 0;
+            soonest = (now + time, CellStep { axis, direction });
+        }
+        for axis in usize::from(self.grid.is_skewed())..2 {
             let velocity = motion.velocity[axis];
             // A velocity of exactly 0 never crosses; 0/0 and 1/−0 must not be formed.
             if velocity == 0.0 {

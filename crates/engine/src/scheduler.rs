@@ -37,6 +37,12 @@
 //! that moves. It meets no other wall. A scheduler that compares all bodies with it, and returns a
 //! [`ContactEvent::stop`] at its [`World::stop_time`], sets [`Scheduler::RUNS_PISTONS`].
 //!
+//! # Shear
+//!
+//! Under shear the images above and below move: [`World::relative_motion`] knows them. A scheduler
+//! that passes bodies through the upper and lower side of the box by [`World::pass_seam`] sets
+//! [`Scheduler::RUNS_SHEAR`].
+//!
 //! ```
 //! use carom_engine::{Scene, Simulation, scheduler::StandingWall};
 //! use glam::DVec2;
@@ -218,6 +224,13 @@ impl<'a> StoredMotions<'a> {
         self.world.windings[body as usize]
     }
 
+    /// Stores the work of the shear ([`Ledger::sheared`](crate::Ledger::sheared)) where bodies have
+    /// passed through the seam: [`World::work_of_shear`] at the start of the epoch plus that of
+    /// [`World::pass_seam`] since then.
+    pub fn set_work_of_shear(&mut self, work: f64) {
+        self.world.work_of_shear = work;
+    }
+
     /// Stores the motion of a body and the number of boxes that it has crossed, per axis, modulo
     /// 2¹⁶: in an epoch a body crosses only a few.
     pub(crate) fn set_wrapped(&mut self, body: u32, motion: Motion, winding: [i16; 2]) {
@@ -265,23 +278,31 @@ pub trait Scheduler: Sized {
     /// [`World::stop_time`]. Default: false, and scenes with pistons are refused.
     const RUNS_PISTONS: bool = false;
 
+    /// Whether it takes into account that images move ([`World::pass_seam`]). Default: false, and
+    /// scenes with a shear are refused.
+    const RUNS_SHEAR: bool = false;
+
     /// Creates a scheduler for this world, without an epoch.
     ///
     /// # Errors
     /// [`GridError`] if the options do not fit the bodies.
     fn new(options: &Self::Options, world: &World) -> Result<Self, GridError>;
 
-    /// Creates a scheduler like [`Self::new`], unless bodies are driven or are pistons and it does
-    /// not run them.
+    /// Creates a scheduler like [`Self::new`], unless bodies are driven or are pistons, or
+    /// images move, and it does not run that.
     ///
     /// # Errors
-    /// Those of [`Self::new`], [`GridError::DrivenBodies`] and [`GridError::Pistons`].
+    /// Those of [`Self::new`], [`GridError::DrivenBodies`], [`GridError::Pistons`] and
+    /// [`GridError::Shear`].
     fn checked(options: &Self::Options, world: &World) -> Result<Self, GridError> {
         if world.is_driven() && !Self::RUNS_DRIVEN_BODIES {
             return Err(GridError::DrivenBodies);
         }
         if world.pistons().next().is_some() && !Self::RUNS_PISTONS {
             return Err(GridError::Pistons);
+        }
+        if world.is_sheared() && !Self::RUNS_SHEAR {
+            return Err(GridError::Shear);
         }
         Self::new(options, world)
     }

@@ -35,7 +35,7 @@ pub fn loschmidt_echo(simulation: &mut AnySimulation, duration: f64) -> Result<(
     simulation.reverse();
     let home = simulation.time().after(ran);
     simulation.observe_until_epoch_time(home, &mut ())?;
-    let bounds = *simulation.view().bounds();
+    let bounds = simulation.view().bounds();
     let distances = places(simulation)
         .into_iter()
         .zip(&start)

@@ -1,11 +1,19 @@
-//! The periodic box: a rectangle whose opposite sides are identified.
+//! The periodic box: a rectangle whose opposite sides are identified, the upper one possibly shifted.
 
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use crate::{GeometryError, check_positive};
 
+/// Most rows of images that [`PeriodicBox::nearest_image`] compares on each side. Smaller: in boxes
+/// that are wider than twice as many heights and tilted, the image returned may not be the nearest.
+const MAX_ROWS: f64 = 64.0;
+
 /// A rectangle [0, Lx) × [0, Ly) with periodic borders; the unit square by default.
+///
+/// The next box above may be shifted along x by a *tilt* b: images of a point are at multiples of
+/// (Lx, 0) and of (b, Ly) from it, as in a gas under shear (Lees & Edwards, J. Phys. C 5 (1972)
+/// 1921).
 ///
 /// ```
 /// use carom_geometry::PeriodicBox;
@@ -19,11 +27,17 @@ use crate::{GeometryError, check_positive};
 #[doc(alias = "torus")]
 pub struct PeriodicBox {
     sides: DVec2,
+    /// Shift along x of the next box above (length); whoever stores a box stores it separately.
+    #[serde(skip)]
+    tilt: f64,
 }
 
 impl Default for PeriodicBox {
     fn default() -> Self {
-        Self { sides: DVec2::ONE }
+        Self {
+            sides: DVec2::ONE,
+            tilt: 0.0,
+        }
     }
 }
 
@@ -35,7 +49,31 @@ impl PeriodicBox {
     pub fn new(sides: DVec2) -> Result<Self, GeometryError> {
         check_positive("a side of the box", sides.x)?;
         check_positive("a side of the box", sides.y)?;
-        Ok(Self { sides })
+        Ok(Self { sides, tilt: 0.0 })
+    }
+
+    /// The box with another tilt: the shift along x of the next box above (length).
+    ///
+    /// ```
+    /// use carom_geometry::PeriodicBox;
+    /// use glam::DVec2;
+    ///
+    /// let sheared = PeriodicBox::default().tilted(0.25);
+    /// assert_eq!(sheared.shift([0, 1]), DVec2::new(0.25, 1.0));
+    /// let (place, image) = sheared.wrap(DVec2::new(0.5, 1.5));
+    /// assert_eq!((place, image), (DVec2::new(0.25, 0.5), [0, 1]));
+    /// // Through the upper border the point is nearer than within the box.
+    /// let nearest = sheared.nearest_image(DVec2::new(0.25, 0.875));
+    /// assert_eq!(nearest, DVec2::new(0.0, -0.125));
+    /// ```
+    #[must_use]
+    pub fn tilted(self, tilt: f64) -> Self {
+        Self { tilt, ..self }
+    }
+
+    /// Shift along x of the next box above (length); 0 but for a box under shear.
+    pub fn tilt(&self) -> f64 {
+        self.tilt
     }
 
     /// The sides (length).
@@ -57,16 +95,16 @@ impl PeriodicBox {
     /// Returns the position in the half-open box, and the number of boxes by which the point was
     /// outside.
     ///
-    /// `place + image × sides` is the given point, to rounding. The point must be less than 2^52
-    /// boxes away; beyond that the result means nothing.
+    /// The place with the [`Self::shift`] of the image is the given point, to rounding. The point
+    /// must be less than 2^52 boxes away; beyond that the result means nothing.
     #[inline]
     pub fn wrap(&self, point: DVec2) -> (DVec2, [i64; 2]) {
         if self.contains(point) {
             // Where most points are. As below, −0 becomes 0.
             return (point + 0.0, [0, 0]);
         }
-        let (x, image_x) = wrap_axis(point.x, self.sides.x);
         let (y, image_y) = wrap_axis(point.y, self.sides.y);
+        let (x, image_x) = wrap_axis(point.x - image_y as f64 * self.tilt, self.sides.x);
         (DVec2::new(x, y), [image_x, image_y])
     }
 
@@ -81,13 +119,32 @@ impl PeriodicBox {
     /// # Ok::<(), carom_geometry::GeometryError>(())
     /// ```
     pub fn nearest_image(&self, vector: DVec2) -> DVec2 {
-        vector - self.sides * (vector / self.sides).round()
+        if self.tilt == 0.0 {
+            return vector - self.sides * (vector / self.sides).round();
+        }
+        let row = (vector.y / self.sides.y).round();
+        let in_row = |row: f64| {
+            let x = vector.x - row * self.tilt;
+            DVec2::new(
+                x - self.sides.x * (x / self.sides.x).round(),
+                vector.y - row * self.sides.y,
+            )
+        };
+        // No point is farther from the nearest image than half a diagonal, which in flat boxes is
+        // several rows.
+        let rows = (0.5 * self.sides.length() / self.sides.y)
+            .ceil()
+            .min(MAX_ROWS);
+        (-(rows as i32)..=rows as i32)
+            .map(|step| in_row(row + f64::from(step)))
+            .min_by(|one, other| one.length_squared().total_cmp(&other.length_squared()))
+            .unwrap_or(vector)
     }
 
     /// The shift (length) by `image` boxes.
     pub fn shift(&self, image: [i64; 2]) -> DVec2 {
         DVec2::new(
-            image[0] as f64 * self.sides.x,
+            image[0] as f64 * self.sides.x + image[1] as f64 * self.tilt,
             image[1] as f64 * self.sides.y,
         )
     }
@@ -176,6 +233,26 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn wrapping_and_nearest_images_know_the_tilt(
+            x in -30.0..30.0f64,
+            y in -30.0..30.0f64,
+            width in 0.2..5.0f64,
+            tilt in -0.5..0.5f64,
+        ) {
+            let tilted = PeriodicBox::new(DVec2::new(width, 1.0)).unwrap().tilted(tilt * width);
+            let point = DVec2::new(x, y);
+            let (place, image) = tilted.wrap(point);
+            prop_assert!(tilted.contains(place));
+            prop_assert!((place + tilted.shift(image) - point).length() < 1e-12);
+            let nearest = tilted.nearest_image(point);
+            let images = (-40..=40_i64).flat_map(|row| (-4..=4_i64).map(move |column| [column, row]));
+            let shortest = images
+                .map(|image| (place + tilted.shift(image)).length())
+                .fold(f64::INFINITY, f64::min);
+            prop_assert!((nearest.length() - shortest).abs() < 1e-12, "{nearest} {shortest}");
+        }
+
         #[test]
         fn wrap_is_in_the_box_and_names_the_image(x in -1e3..1e3f64, y in -1e3..1e3f64, side in 0.01..10.0f64) {
             let shape = PeriodicBox::new(DVec2::new(side, 1.0)).unwrap();

@@ -205,7 +205,7 @@ impl Observer for BodyFrameDiffusion {
                 continue;
             };
             let id = body.body.id();
-            let place = body.unwrapped(view.bounds()) - self.frame.displacement;
+            let place = body.unwrapped(&view.bounds()) - self.frame.displacement;
             while before.next_if(|track| track.id < id).is_some() {}
             let earlier = before.next_if(|track| track.id == id);
             let sum = earlier.map_or(DVec2::ZERO, |track| {

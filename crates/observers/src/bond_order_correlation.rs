@@ -32,7 +32,7 @@ use crate::{
 /// let mut simulation = Simulation::new(&scene)?;
 /// // The start is a part of a lattice.
 /// simulation.run_until(2.0)?;
-/// let bounds = *simulation.view().bounds();
+/// let bounds = simulation.view().bounds();
 /// let rule = (6, Neighbours::Nearest(6));
 /// let mut correlation = BondOrderCorrelation::new(Group::All, rule, &bounds, 0.4, 8)?;
 /// correlation.sample(&simulation.view());
@@ -155,7 +155,7 @@ impl Observer for BondOrderCorrelation {
     fn sample(&mut self, view: &View<'_>) {
         let members = self.group.molecules(view);
         let places: Vec<DVec2> = members.map(|view| view.motion.position).collect();
-        let is_same_box = *view.bounds() == self.bounds;
+        let is_same_box = view.bounds() == self.bounds;
         let Some(orders) = orders(&places, view, self.rule).filter(|_| is_same_box) else {
             self.passed_over += 1;
             return;
@@ -190,7 +190,7 @@ mod tests {
         let (sides, places) = triangular_lattice(8, 10);
         let scene = discs_at(sides, 0.01, places);
         let simulation = Simulation::new(&scene).unwrap();
-        let bounds = *simulation.view().bounds();
+        let bounds = simulation.view().bounds();
         for rule in [
             HEXATIC,
             (6, Neighbours::Delaunay),
@@ -219,7 +219,7 @@ mod tests {
         let mut far: Vec<f64> = Vec::new();
         for seed in 0..40 {
             let simulation = Simulation::new(&random_points(1000, [1.0, 1.0], seed)).unwrap();
-            let bounds = *simulation.view().bounds();
+            let bounds = simulation.view().bounds();
             let mut correlation =
                 BondOrderCorrelation::new(Group::All, HEXATIC, &bounds, 0.2, 100).unwrap();
             correlation.sample(&simulation.view());
@@ -251,7 +251,7 @@ mod tests {
     fn correlations_are_those_of_all_pairs() {
         let scene = "[box]\nsides = [1.0, 1.3]\nseed = 2\n[[gas]]\nradius = 0.03\nmass = 1.0\nenergy = 1.0\ncount = 120\n";
         let mut simulation = Simulation::new(&Scene::from_toml(scene).unwrap()).unwrap();
-        let bounds = *simulation.view().bounds();
+        let bounds = simulation.view().bounds();
         let mut correlation =
             BondOrderCorrelation::new(Group::All, HEXATIC, &bounds, 0.45, 18).unwrap();
         let mut pairs = PairDistribution::new([Group::All; 2], &bounds, 0.45, 18).unwrap();

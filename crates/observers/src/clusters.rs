@@ -192,7 +192,7 @@ impl Clusters {
         view: &View<'_>,
     ) -> DisjointSets {
         let mut sets = DisjointSets::new(places.len());
-        let cells = CellList::for_nearest(places, view.bounds());
+        let cells = CellList::for_nearest(places, &view.bounds());
         let walls: Vec<[DVec2; 2]> = view
             .bodies()
             .flat_map(|body| body.wall_segments())

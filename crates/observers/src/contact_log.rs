@@ -92,7 +92,7 @@ impl Observer for ContactLog {
     }
 
     fn start(&mut self, view: &View<'_>) {
-        self.bounds = Some(*view.bounds());
+        self.bounds = Some(view.bounds());
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
@@ -108,7 +108,7 @@ impl Observer for ContactLog {
         let centre = first.before.position;
         let [a, b] = [
             at_point(&first.before, centre),
-            at_point(&second.before, centre + report.separation(&bounds)),
+            at_point(&second.before, centre + report.separation()),
         ];
         self.contacts.push(LoggedContact {
             time: report.time.to_f64(),

@@ -48,7 +48,7 @@ use crate::{
 /// "#)?;
 /// let mut simulation = Simulation::new(&scene)?;
 /// let scales = ScatteringScales { wave_number: TAU, shells: 1, spacing: 0.05, longest: 5.0 };
-/// let bounds = *simulation.view().bounds();
+/// let bounds = simulation.view().bounds();
 /// let mut currents = CurrentCorrelation::new(Group::All, &bounds, scales)?;
 /// for sample in 0..=20 {
 ///     simulation.observe_until(0.05 * f64::from(sample), &mut currents)?;
@@ -218,7 +218,7 @@ impl Observer for CurrentCorrelation {
 
     fn sample(&mut self, view: &View<'_>) {
         self.frame.follow(view);
-        if *view.bounds() != self.chosen.bounds {
+        if view.bounds() != self.chosen.bounds {
             self.passed_over += 1;
             return;
         }
@@ -259,7 +259,7 @@ mod tests {
     fn correlations_are_those_of_stored_frames() {
         let mut simulation = Simulation::new(&Scene::from_toml(MIXTURE).unwrap()).unwrap();
         let group = Group::from(simulation.find_tag("a").unwrap());
-        let bounds = *simulation.view().bounds();
+        let bounds = simulation.view().bounds();
         let drift = simulation.view().centre_of_mass_frame().velocity();
         assert!(drift.length() > 0.1);
         let mut correlation =
@@ -321,7 +321,7 @@ mod tests {
             );
             let mut simulation = Simulation::new(&Scene::from_toml(&scene).unwrap()).unwrap();
             variance += simulation.view().temperature().unwrap() / mass / f64::from(replicas);
-            let bounds = *simulation.view().bounds();
+            let bounds = simulation.view().bounds();
             let mut correlation =
                 CurrentCorrelation::new(Group::All, &bounds, scales(wave_number, 0.02, 0.08))
                     .unwrap();
@@ -338,7 +338,7 @@ mod tests {
         }
         // All energy is fixed, but not the number of waves: |n|² = 9 and 8 or 10.
         let scene = Scene::default();
-        let bounds = *Simulation::new(&scene).unwrap().view().bounds();
+        let bounds = Simulation::new(&scene).unwrap().view().bounds();
         let chosen = ChosenWaves::new(&bounds, &scales(wave_number, 0.02, 0.08)).unwrap();
         for lag in 0..5 {
             let time = 0.02 * lag as f64;
@@ -374,7 +374,7 @@ mod tests {
         let mut simulation = Simulation::new(&Scene::from_toml(scene).unwrap()).unwrap();
         let heavy = Group::from(simulation.find_tag("heavy").unwrap());
         let temperature = simulation.view().temperature().unwrap();
-        let bounds = *simulation.view().bounds();
+        let bounds = simulation.view().bounds();
         for (group, inverse_mass) in [(heavy, 1.0 / 3.0), (Group::All, (30.0 + 10.0 / 3.0) / 40.0)]
         {
             let scales = ScatteringScales {

@@ -228,7 +228,7 @@ mod tests {
         let simulation = Simulation::new(&random_points(count, sides, seed)).unwrap();
         let view = simulation.view();
         let places = view.bodies().map(|body| body.motion.position).collect();
-        (places, *view.bounds())
+        (places, view.bounds())
     }
 
     #[test]

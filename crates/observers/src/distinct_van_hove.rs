@@ -42,7 +42,7 @@ const DIGITS: [u64; 2] = [1, 3];
 /// let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 200")?;
 /// let mut simulation = Simulation::new(&scene)?;
 /// let bins = DisplacementBins { distance: 0.2, bins: 20, spacing: 0.1, longest: 0.3 };
-/// let bounds = *simulation.view().bounds();
+/// let bounds = simulation.view().bounds();
 /// let mut distribution = DistinctVanHove::new([Group::All; 2], &bounds, bins)?;
 /// for sample in 0..=10 {
 ///     simulation.observe_until(0.1 * f64::from(sample), &mut distribution)?;
@@ -290,7 +290,7 @@ impl Observer for DistinctVanHove {
 
     fn sample(&mut self, view: &View<'_>) {
         self.frame.follow(view);
-        if *view.bounds() != self.bounds {
+        if view.bounds() != self.bounds {
             self.passed_over += 1;
             return;
         }
@@ -335,7 +335,7 @@ mod tests {
     fn partial_functions_are_those_of_stored_frames() {
         let mut simulation = Simulation::new(&Scene::from_toml(MIXTURE).unwrap()).unwrap();
         let [a, b] = ["a", "b"].map(|name| Group::from(simulation.find_tag(name).unwrap()));
-        let bounds = *simulation.view().bounds();
+        let bounds = simulation.view().bounds();
         let drift = simulation.view().centre_of_mass_frame().velocity();
         assert!(drift.length() > 0.1);
         let pairs = [[a, a], [a, b], [b, a], [Group::All, b], [Group::All; 2]];
@@ -403,7 +403,7 @@ mod tests {
         let scene = MIXTURE.replace("velocity = [3.0, 1.0]", "fixed = true");
         let mut simulation = Simulation::new(&Scene::from_toml(&scene).unwrap()).unwrap();
         let [a, b] = ["a", "b"].map(|name| Group::from(simulation.find_tag(name).unwrap()));
-        let bounds = *simulation.view().bounds();
+        let bounds = simulation.view().bounds();
         for groups in [[Group::All; 2], [a, b], [b, b]] {
             let mut distinct = DistinctVanHove::new(groups, &bounds, bins(0.1, 0.1)).unwrap();
             let mut pairs = PairDistribution::new(groups, &bounds, 0.37, 15).unwrap();
@@ -434,7 +434,7 @@ mod tests {
         let scene =
             "[box]\nseed = 5\n[[gas]]\nradius = 0.03\nmass = 1.0\ntemperature = 1.0\ncount = 60";
         let mut simulation = Simulation::new(&Scene::from_toml(scene).unwrap()).unwrap();
-        let bounds = *simulation.view().bounds();
+        let bounds = simulation.view().bounds();
         let mut distinct = DistinctVanHove::new([Group::All; 2], &bounds, bins(3.0, 9.0)).unwrap();
         for sample in 1..=400 {
             simulation.run_until(3.0 * f64::from(sample)).unwrap();

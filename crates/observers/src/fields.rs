@@ -421,7 +421,7 @@ fn share(side: &Side<'_>, report: &CollisionReport<'_>) -> f64 {
 /// What a contact carries, and over which way.
 fn carried_by(report: &CollisionReport<'_>, bins: &FieldBins, drift: DVec2) -> Carried {
     let [first, second] = &report.sides;
-    let separation = report.separation(bins.bounds());
+    let separation = report.separation();
     let from = first.before.position;
     let gain = |side: &Side<'_>| {
         energy(side.body, &side.after, drift) - energy(side.body, &side.before, drift)
@@ -462,7 +462,7 @@ mod tests {
     use crate::{PressureTensor, WallHeat};
 
     fn bounds(simulation: &Simulation) -> PeriodicBox {
-        *simulation.view().bounds()
+        simulation.view().bounds()
     }
 
     /// A run with samples at equal intervals, with an edit between two of them.

@@ -227,7 +227,7 @@ impl Observer for HelfandMoment {
         let drift = view.centre_of_mass_frame().velocity();
         let moving = view.bodies().filter(|view| view.body.is_free());
         let rates = moving.map(|body| self.current.flux(body.body, &body.motion, drift));
-        let (until, bounds) = (view.time(), *view.bounds());
+        let (until, bounds) = (view.time(), view.bounds());
         self.flow = Some(Flow {
             until,
             bounds,
@@ -246,7 +246,7 @@ impl Observer for HelfandMoment {
         }
         self.moment += self
             .current
-            .transfer(report, report.separation(&flow.bounds), flow.drift);
+            .transfer(report, report.separation(), flow.drift);
     }
 
     fn sample(&mut self, view: &View<'_>) {

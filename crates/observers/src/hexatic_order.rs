@@ -183,7 +183,7 @@ pub(crate) fn orders(
         Neighbours::Nearest(count) => {
             let count = count.max(1);
             (places.len() > count)
-                .then(|| orders_of_nearest(places, view.bounds(), symmetry, count))
+                .then(|| orders_of_nearest(places, &view.bounds(), symmetry, count))
         }
         Neighbours::Delaunay => orders_of_cells(places, view, symmetry, |_| 1.0),
         Neighbours::Voronoi => orders_of_cells(places, view, symmetry, |bond| bond.edge),
@@ -235,7 +235,7 @@ pub(crate) fn bonds_between_walls(
     places: &[DVec2],
     view: &View<'_>,
 ) -> Option<(Vec<Vec<delaunay::Bond>>, Vec<bool>)> {
-    let mut bonds = delaunay::bonds(places, view.bounds())?;
+    let mut bonds = delaunay::bonds(places, &view.bounds())?;
     let walls: Vec<[DVec2; 2]> = view
         .bodies()
         .flat_map(|body| body.wall_segments())

@@ -45,7 +45,7 @@ use crate::{
 /// let mut simulation = Simulation::new(&scene)?;
 /// let disc = Group::from(simulation.find_tag("disc").expect("the scene names it"));
 /// let scales = ScatteringScales { wave_number: TAU, shells: 1, spacing: 0.05, longest: 5.0 };
-/// let bounds = *simulation.view().bounds();
+/// let bounds = simulation.view().bounds();
 /// let mut scattering = IntermediateScattering::new([disc; 2], &bounds, scales)?;
 /// for sample in 0..=20 {
 ///     simulation.observe_until(0.05 * f64::from(sample), &mut scattering)?;
@@ -185,7 +185,7 @@ impl Observer for IntermediateScattering {
 
     fn sample(&mut self, view: &View<'_>) {
         self.frame.follow(view);
-        if *view.bounds() != self.chosen.bounds {
+        if view.bounds() != self.chosen.bounds {
             self.passed_over += 1;
             return;
         }
@@ -238,7 +238,7 @@ mod tests {
                      at = [0.5, 0.5]\nvelocity = [3.0, 1.0]\n";
         let mut simulation = Simulation::new(&Scene::from_toml(scene).unwrap()).unwrap();
         let [a, b] = ["a", "b"].map(|name| Group::from(simulation.find_tag(name).unwrap()));
-        let bounds = *simulation.view().bounds();
+        let bounds = simulation.view().bounds();
         let drift = simulation.view().centre_of_mass_frame().velocity();
         assert!(drift.length() > 0.1);
         let mut functions = [[a, a], [a, b], [Group::All; 2]]
@@ -314,7 +314,7 @@ mod tests {
             assert!(!error(scales(refused, 3)).is_empty());
         }
         let none = Simulation::new(&Scene::default()).unwrap();
-        let bounds = *none.view().bounds();
+        let bounds = none.view().bounds();
         let mut empty =
             IntermediateScattering::new([Group::All; 2], &bounds, scales(40.0, 3)).unwrap();
         empty.sample(&none.view());

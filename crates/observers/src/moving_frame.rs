@@ -46,6 +46,6 @@ impl MovingFrame {
         let displacement = self.displacement;
         view.bodies()
             .filter(move |view| view.body.is_free() && group.contains(view.body))
-            .map(move |body| (body, body.unwrapped(view.bounds()) - displacement))
+            .map(move |body| (body, body.unwrapped(&view.bounds()) - displacement))
     }
 }

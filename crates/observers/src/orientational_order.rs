@@ -303,7 +303,7 @@ impl Observer for OrientationalOrder {
                 });
             }
         }
-        if *view.bounds() != self.bounds || places.is_empty() {
+        if view.bounds() != self.bounds || places.is_empty() {
             self.passed_over += 1;
             return;
         }
@@ -367,7 +367,7 @@ mod tests {
 
     fn order_of(scene: &Scene, k: u32, ranges: OrderRanges, samples: u32) -> OrientationalOrder {
         let mut simulation = Simulation::new(scene).unwrap();
-        let bounds = *simulation.view().bounds();
+        let bounds = simulation.view().bounds();
         let mut order = OrientationalOrder::new(Group::All, k, &bounds, ranges).unwrap();
         for sample in 0..samples {
             simulation.run_until(0.5 * f64::from(sample)).unwrap();

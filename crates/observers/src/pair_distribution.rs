@@ -156,7 +156,7 @@ impl Observer for PairDistribution {
     }
 
     fn sample(&mut self, view: &View<'_>) {
-        if *view.bounds() != self.bounds {
+        if view.bounds() != self.bounds {
             self.passed_over += 1;
             return;
         }

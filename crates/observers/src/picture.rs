@@ -107,7 +107,7 @@ fn draw(view: &View<'_>, window: Window, scale: f64) -> String {
     let frame = PictureFrame {
         window,
         scale,
-        bounds: *view.bounds(),
+        bounds: view.bounds(),
     };
     let mut contours = KnownContours::default();
     let mut groups: Vec<Group> = Vec::new();

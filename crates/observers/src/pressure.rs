@@ -119,7 +119,7 @@ impl Pressure {
     fn open_interval(&mut self, view: &View<'_>, now: DVec2) {
         let thermal = OpenInterval::new(view.time(), now);
         self.interval = Some(Interval {
-            bounds: *view.bounds(),
+            bounds: view.bounds(),
             thermal,
             virial: 0.0,
         });
@@ -146,7 +146,7 @@ impl Observer for Pressure {
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
         if let Some(interval) = &mut self.interval {
-            interval.virial += report.separation(&interval.bounds).dot(report.impulse);
+            interval.virial += report.separation().dot(report.impulse);
         }
     }
 

@@ -139,7 +139,7 @@ impl PressureTensor {
     fn open_interval(&mut self, view: &View<'_>, now: DMat2) {
         let momenta = OpenInterval::new(view.time(), now);
         self.interval = Some(Interval {
-            bounds: *view.bounds(),
+            bounds: view.bounds(),
             momenta,
             virial: DMat2::ZERO,
         });
@@ -166,7 +166,7 @@ impl Observer for PressureTensor {
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
         if let Some(interval) = &mut self.interval {
-            let separation = report.separation(&interval.bounds);
+            let separation = report.separation();
             let impulse = report.impulse;
             interval.virial += DMat2::from_cols(separation * impulse.x, separation * impulse.y);
         }

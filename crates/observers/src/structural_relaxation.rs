@@ -55,7 +55,7 @@ const MAX_WAVES: f64 = 1e9;
 /// "#;
 /// let mut simulation = Simulation::new(&Scene::from_toml(disc)?)?;
 /// let scales = RelaxationScales { wave_number: 3.0, overlap: 0.6, spacing: 0.25, longest: 5.0 };
-/// let bounds = *simulation.view().bounds();
+/// let bounds = simulation.view().bounds();
 /// let mut relaxation = StructuralRelaxation::new(Group::All, &bounds, scales)?;
 /// for sample in 0..=20 {
 ///     simulation.observe_until(0.25 * f64::from(sample), &mut relaxation)?;
@@ -335,7 +335,7 @@ mod tests {
                 relaxation.sample(&view);
                 let moving = view.bodies().filter(|body| body.body.is_free());
                 moving
-                    .map(|body| body.unwrapped(view.bounds()) - time * drift)
+                    .map(|body| body.unwrapped(&view.bounds()) - time * drift)
                     .collect()
             })
             .collect()
@@ -414,7 +414,7 @@ mod tests {
         );
         let simulation = Simulation::new(&Scene::from_toml(&scene).unwrap()).unwrap();
         let variance = simulation.view().temperature().unwrap() / 2.0;
-        let bounds = *simulation.view().bounds();
+        let bounds = simulation.view().bounds();
         let given = RelaxationScales {
             wave_number: 5.0,
             overlap: 0.2,

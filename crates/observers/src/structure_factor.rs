@@ -168,7 +168,7 @@ pub(crate) fn products_of_waves(
             .map(|view| view.motion.position / bounds.sides())
             .collect()
     });
-    if *view.bounds() != *bounds || places.iter().any(Vec::is_empty) {
+    if view.bounds() != *bounds || places.iter().any(Vec::is_empty) {
         return None;
     }
     let [first, second] = &places;
@@ -221,7 +221,7 @@ mod tests {
     use carom_engine::{Scene, Simulation};
 
     fn observe(scenes: &[Scene], shells: usize) -> StructureFactor {
-        let bounds = *Simulation::new(&scenes[0]).unwrap().view().bounds();
+        let bounds = Simulation::new(&scenes[0]).unwrap().view().bounds();
         let mut structure = StructureFactor::new([Group::All; 2], &bounds, shells).unwrap();
         for scene in scenes {
             structure.sample(&Simulation::new(scene).unwrap().view());

@@ -242,7 +242,7 @@ mod tests {
             bumper.tags = vec![["a", "b", "b"][index % 3].to_owned()];
         }
         let simulation = Simulation::new(&scene).unwrap();
-        let bounds = *simulation.view().bounds();
+        let bounds = simulation.view().bounds();
         let [a, b] = ["a", "b"].map(|name| Group::from(simulation.find_tag(name).unwrap()));
         for groups in [[Group::All; 2], [a, b]] {
             let mut map = StructureFactorMap::new(groups, &bounds, 10.0 * TAU).unwrap();
@@ -300,7 +300,7 @@ mod tests {
         let (sides, places) = triangular_lattice(8, 10);
         let scene = discs_at(sides, 0.01, places);
         let simulation = Simulation::new(&scene).unwrap();
-        let bounds = *simulation.view().bounds();
+        let bounds = simulation.view().bounds();
         // The shortest reciprocal vectors have the length 4π/√3 for a lattice constant of 1, the
         // next √3 times that.
         let shortest = 2.0 * TAU / 3f64.sqrt();

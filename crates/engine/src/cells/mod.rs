@@ -139,7 +139,8 @@ use crate::{
 ///
 /// The source of its module has the design and a proof that no contact is missed. [`HeapScheduler`]
 /// runs a box too small for three cells a side, because it searches every image. It also runs a
-/// single moving body among fixed ones, for which neighbour lists of moving bodies do not pay.
+/// single moving body among fixed ones, for which neighbour lists of moving bodies do not pay, and
+/// bodies under shear.
 #[doc(alias = "Cells")]
 #[doc(alias = "cell lists")]
 #[derive(Debug, Clone)]
@@ -317,11 +318,12 @@ impl Scheduler for CellScheduler {
     const CONTACTS_PER_EPOCH: u64 = 64;
     const RUNS_DRIVEN_BODIES: bool = true;
     const RUNS_PISTONS: bool = true;
+    const RUNS_SHEAR: bool = true;
 
     fn new(instructions: &Instructions, world: &World) -> Result<Self, GridError> {
         // Also rejects a box in which a molecule can touch its own image.
         Grid::counts_for(world, CellsPerSide::Given(1))?;
-        let grid = if world.is_billiard() {
+        let grid = if world.is_billiard() || world.is_sheared() {
             None
         } else {
             CellGrid::new(world)

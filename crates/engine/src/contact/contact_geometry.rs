@@ -27,6 +27,7 @@ pub(crate) fn contact_geometry(
 ) -> (ContactFrame, f64) {
     let ContactEvent {
         bodies,
+        time,
         image,
         parts,
         ..
@@ -43,7 +44,7 @@ pub(crate) fn contact_geometry(
     };
     let mut d = (before[1].position - before[0].position) + (arms[1] - arms[0]);
     if image != [0, 0] {
-        d += world.bounds.shift(image);
+        d += world.bounds_at(time).shift(image);
     }
     let between_centres = ContactFrame {
         line_of_centres: d,
@@ -72,7 +73,7 @@ fn ellipse_frame(
     let bodies = contact.bodies.map(|body| &world.bodies[body as usize]);
     let molecules = bodies.map(Body::molecule);
     let rotations = before.map(|motion| motion.orientation.cos_sin());
-    let separation = (before[1].position - before[0].position) + world.bounds.shift(contact.image);
+    let separation = (before[1].position - before[0].position) + world.shift_of(contact);
     let arm = |side: usize, atom: u32, normal: DVec2, point: &SupportPoint| {
         let centre = arm(bodies[side], atom, &before[side]);
         if molecules[side].ellipses().is_empty() {

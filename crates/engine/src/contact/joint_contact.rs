@@ -119,7 +119,7 @@ fn touching(
         }
         // A side that is wider than the wall rests on its ends.
         let body = 1 - wall;
-        let shift = world.bounds.shift(contact.image);
+        let shift = world.shift_of(contact);
         let shift = if wall == 1 { shift } else { -shift };
         let to_wall = (before[wall].position - before[body].position) + shift;
         let ends = placed(pair[wall], &before[wall]).collect::<SmallVec<[Placed; 8]>>();
@@ -131,7 +131,7 @@ fn touching(
         }
         return frames;
     }
-    let between = (before[1].position - before[0].position) + world.bounds.shift(contact.image);
+    let between = (before[1].position - before[0].position) + world.shift_of(contact);
     let [of_a, of_b] = [0, 1].map(|n| {
         let to_other = if n == 0 { between } else { -between };
         near(

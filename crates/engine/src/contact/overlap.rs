@@ -42,18 +42,28 @@ struct NearBody {
 
 /// Counts the overlapping pairs of a view with its own cell list.
 fn census(view: &View<'_>) -> OverlapCensus {
-    let bodies: Vec<BodyView<'_>> = view.bodies().collect();
-    let sides = view.bounds().sides();
+    let bounds = view.bounds();
+    let sides = bounds.sides();
+    // Under shear cells are parallelograms, as those of the schedulers.
+    let slope = bounds.tilt() / sides.y;
+    let across = |place: DVec2| place.x - slope * place.y;
+    let mut bodies: Vec<BodyView<'_>> = view.bodies().collect();
+    if bounds.tilt() != 0.0 {
+        for BodyView { motion, .. } in &mut bodies {
+            motion.position.x -= (across(motion.position) / sides.x).floor() * sides.x;
+        }
+    }
     let reach = view.world.largest_reach();
     // At least one cell, and at most about √N per side for N bodies: an empty cell costs as much as
     // a full one.
     let count = |side: f64| ((side / reach).min(1.0 + (bodies.len() as f64).sqrt()) as i64).max(1);
-    let [columns, rows] = [count(sides.x), count(sides.y)];
+    let columns = count(sides.x / view.world.stretch_of_cells());
+    let rows = count(sides.y);
     let number = |[column, row]: [i64; 2]| (row * columns + column) as usize;
     let cell_of = |place: DVec2| {
         let index = |x: f64, side: f64, n: i64| ((x / side * n as f64) as i64).clamp(0, n - 1);
         number([
-            index(place.x, sides.x, columns),
+            index(across(place), sides.x, columns),
             index(place.y, sides.y, rows),
         ])
     };
@@ -67,7 +77,7 @@ fn census(view: &View<'_>) -> OverlapCensus {
             let (to_column, boxes_across) = wrapped(column + step % 3 - 1, columns);
             let (to_row, boxes_up) = wrapped(row + step / 3 - 1, rows);
             let there = members(number([to_column, to_row]));
-            let shift = view.bounds().shift([boxes_across, boxes_up]);
+            let shift = bounds.shift([boxes_across, boxes_up]);
             for a in members(number([column, row])) {
                 for b in there.iter().filter(|b| b.index > a.index) {
                     let bounding = factor * (a.bounding_radius + b.bounding_radius);

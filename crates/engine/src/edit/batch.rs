@@ -24,6 +24,7 @@ use crate::{
         gravity::{gravity_of, refuse_gravity},
         least_speed::MIN_SPEED,
         pair_spec::TransparentSpec,
+        shear::{refuse_shear, shear_rate_of},
         wall_motion::WallMotionSpec,
     },
     scheduler::Scheduler,
@@ -280,6 +281,20 @@ impl Batch {
         if gravity != self.world.gravity {
             self.start_to_move();
             self.world.gravity = gravity;
+            self.moves = true;
+        }
+        Ok(())
+    }
+
+    /// Changes the shear rate from now on (1/time).
+    ///
+    /// # Errors
+    /// Those of [`Simulation::set_shear_rate`].
+    pub fn set_shear_rate(&mut self, rate: f64) -> Result<(), EditError> {
+        let rate = shear_rate_of("shear_rate", rate)?;
+        if rate != self.world.shear_rate {
+            self.start_to_move();
+            self.world.shear_rate = rate;
             self.moves = true;
         }
         Ok(())
@@ -594,6 +609,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             BodyName::new(&world.bodies[body], &names).to_string()
         })?;
         refuse_gravity(&world)?;
+        refuse_shear(&world, |body| {
+            BodyName::new(&world.bodies[body], &names).to_string()
+        })?;
         elasticity.classify(&mut world, &self.response)?;
         refuse_pistons(&world, |body| {
             BodyName::new(&world.bodies[body], &names).to_string()
@@ -631,6 +649,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 .chain(self.world.energies_at(self.offset).map(|energy| -energy)),
         );
         self.book_flight();
+        // What the batch has wrapped is part of what it has put in.
+        world.work_of_shear = 0.0;
         self.work_before = self.counters.scheduler;
         (self.offset, self.epoch) = (0.0, Epoch::ToBegin);
         (self.simultaneous, self.unresolved) =

@@ -140,6 +140,32 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.edit(|batch| batch.set_gravity(gravity))
     }
 
+    /// Changes the shear rate from now on (1/time); a batch of one, see [`Self::edit`].
+    ///
+    /// Velocities do not change: a flow forms from the seam on. With a rate of 0 the box above stays
+    /// where it is.
+    ///
+    /// ```
+    /// use carom_engine::{Scene, Simulation};
+    ///
+    /// let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100")?;
+    /// let mut simulation = Simulation::new(&scene)?;
+    /// simulation.set_shear_rate(0.25)?;
+    /// simulation.run_until(1.0)?;
+    /// let view = simulation.view();
+    /// assert_eq!((view.shear_rate(), view.bounds().tilt()), (0.25, 0.25));
+    /// assert!((view.ledger().booked() / view.energy() - 1.0).abs() < 1e-13);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`EditError::Scene`] if the rate is neither 0 nor from 10⁻⁶⁰ to 10⁶⁰ in magnitude, with fixed
+    /// bodies, walls or pistons, with a drag or with a gravity.
+    #[doc(alias = "Lees-Edwards")]
+    pub fn set_shear_rate(&mut self, rate: f64) -> Result<(), EditError> {
+        self.edit(|batch| batch.set_shear_rate(rate))
+    }
+
     /// Sets the velocity of a body (length per time); a batch of one, see [`Self::edit`].
     ///
     /// # Errors
@@ -246,6 +272,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             });
         }
         self.world.reverse_oscillations();
+        self.world.shear_rate = -self.world.shear_rate;
     }
 
     /// Locks the present orientation of a body, or frees it. Locking removes its angular velocity.
@@ -298,7 +325,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.world.index(key).ok_or(EditError::NoSuchBody(key))
     }
 
-    /// With drag or gravity, begins an epoch at the present: its velocities are the true ones.
+    /// With drag, gravity or shear, begins an epoch at the present: its velocities are the true ones.
     fn settle(&mut self) {
         if self.world.has_own_frame() {
             self.end_epoch(self.offset);

@@ -17,6 +17,7 @@ use crate::{
         drag::drag_clock,
         error::SceneError,
         gravity::{gravity_of, refuse_gravity},
+        shear::{refuse_shear, shear_rate_of},
     },
     scheduler::Scheduler,
     start::{
@@ -113,6 +114,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         world.clock = drag_clock("box.drag", scene.bounds.drag)?;
         refuse_drag(&world, |body| singles.entry_of(body, &counts))?;
         refuse_gravity(&world)?;
+        world.shear_rate = shear_rate_of("box.shear_rate", scene.bounds.shear_rate)?;
+        refuse_shear(&world, |body| singles.entry_of(body, &counts))?;
+        world.add_flow();
         refuse_pistons(&world, |body| singles.entry_of(body, &counts))?;
         world.random_key = [scene.bounds.seed, scene.bounds.replica];
         world.shrink();

@@ -33,6 +33,7 @@ use crate::{
         gravity::{gravity_of, refuse_gravity},
         least_speed::MIN_SPEED,
         pair_spec::{DiameterSpec, TransparentSpec},
+        shear::{refuse_shear, shear_rate_of},
     },
     scheduler::Scheduler,
     start::{
@@ -93,6 +94,8 @@ pub struct Checkpoint {
     axes: Vec<Option<Orientation>>,
     /// Acceleration of all free bodies (length per time squared).
     gravity: DVec2,
+    /// Shear rate (1/time), and the tilt of the box (length).
+    shear: [f64; 2],
     /// Walls that oscillate, by the order of the bodies.
     oscillations: Vec<Option<Oscillation>>,
     /// Walls with a mass, by the order of the bodies.
@@ -181,6 +184,9 @@ pub enum CheckpointError {
          frequency, and the position and velocity of the wall"
     )]
     Oscillation(usize),
+    /// A tilt of more than half a box.
+    #[error("the tilt of the box is {0} (length), more than half a side")]
+    Tilt(f64),
     /// A table of a wall whose numbers are out of range, or of a body that is no wall.
     #[error(
         "table {0} of the walls in the checkpoint must be that of a wall, with durations above 0, finite velocities, and a \
@@ -258,6 +264,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             axes,
             oscillations,
             gravity,
+            shear_rate,
+            work_of_shear,
             pistons,
             wall_tables,
             epoch,
@@ -284,6 +292,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             axes: axes.clone(),
             oscillations: oscillations.clone(),
             gravity: *gravity,
+            shear: [*shear_rate, bounds.tilt()],
             pistons: pistons.clone(),
             wall_tables: wall_tables.clone(),
             names: names.clone(),
@@ -291,7 +300,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             transparent: transparent.to_vec(),
             diameter: diameter.to_vec(),
             counters: *counters,
-            ledger: *ledger,
+            ledger: Ledger {
+                sheared: ledger.sheared + work_of_shear,
+                ..*ledger
+            },
             heat: heat.clone(),
             simultaneous: simultaneous.clone(),
             unresolved: *unresolved,
@@ -362,6 +374,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         }
         world.oscillations.clone_from(&checkpoint.oscillations);
         world.gravity = gravity_of("gravity", checkpoint.gravity.to_array())?;
+        let [rate, tilt] = checkpoint.shear;
+        world.shear_rate = shear_rate_of("shear_rate", rate)?;
+        if tilt.is_nan() || tilt.abs() > 0.5 * world.bounds.sides().x {
+            return Err(CheckpointError::Tilt(tilt));
+        }
+        world.bounds = world.bounds.tilted(tilt);
         checkpoint.free_pistons(&mut world)?;
         let mut names = checkpoint.names.clone();
         world.pairs = PairTable::new(&checkpoint.transparent, &checkpoint.diameter, &mut names)?;
@@ -369,6 +387,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             ElasticityTable::new(&checkpoint.elasticity.clone().into(), &mut names)?;
         elasticity.classify(&mut world, &response)?;
         refuse_gravity(&world)?;
+        refuse_shear(&world, |body| {
+            BodyName::new(&world.bodies[body], &names).to_string()
+        })?;
         refuse_pistons(&world, |body| {
             BodyName::new(&world.bodies[body], &names).to_string()
         })?;

@@ -74,7 +74,8 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
     fn run<Q: EventQueue>(mut self, queue: &mut Q) -> Self::End {
         // Contacts are resolved in the laboratory, but flights of discs are those of the falling
         // frame.
-        let all_elastic = self.rules().all_elastic() && !self.world.has_gravity();
+        let is_sheared = self.world.is_sheared();
+        let all_elastic = self.rules().all_elastic() && !self.world.has_gravity() && !is_sheared;
         loop {
             let limit = self.limits.time();
             let stop = if limit < self.target {
@@ -124,6 +125,8 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
                 };
                 let resolved = if self.world.has_thermal_walls {
                     self.resolve_with_thermal_walls(&encounter)?
+                } else if is_sheared && contact.image[1] != 0 {
+                    self.resolve_through_seam(&encounter)?
                 } else {
                     let resolved = self.rules().resolve(&encounter);
                     self.record(&encounter, &resolved)?;
@@ -172,6 +175,26 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         self.counters.thermal_collisions += 1;
         let slowing = self.world.clock.slowing(encounter.contact.time);
         self.ledger.book_heat(heat, slowing);
+        Ok(resolved)
+    }
+
+    /// Resolves and records the contact of a body with one of the next box above or below, whose
+    /// images move.
+    #[cold]
+    #[inline(never)]
+    fn resolve_through_seam(&mut self, encounter: &ContactPair) -> Result<Resolved, RunError> {
+        let faster = self.world.image_velocity(encounter.contact.image);
+        let mut touched = *encounter;
+        touched.before[1].velocity += faster;
+        let mut resolved = self.rules().resolve(&touched);
+        let second = &self.world.bodies[encounter.contact.bodies[1] as usize];
+        let gained = |before: &Motion, after: &Motion| World::gained(second, before, after);
+        let of_image = gained(&touched.before[1], &resolved.after[1]);
+        resolved.after[1].velocity -= faster;
+        resolved.onwards[1].velocity -= faster;
+        let in_box = gained(&encounter.before[1], &resolved.after[1]);
+        self.record(encounter, &resolved)?;
+        self.ledger.sheared += in_box - of_image;
         Ok(resolved)
     }
 
@@ -326,6 +349,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
             drag: self.world.clock.drag(),
             elasticity: Elasticity::ELASTIC,
             image,
+            shift: self.world.bounds.shift(image),
             points: 1,
             work: 0.0,
         };
@@ -411,6 +435,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
                 impulse: resolved.impulse * slowing,
                 elasticity: resolved.elasticity,
                 image,
+                shift: self.world.shift_of(contact),
                 points: resolved.points,
                 work: resolved.work,
                 drag: self.world.clock.drag(),

@@ -455,10 +455,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.counters.scheduler = self.work_before + self.scheduler.counters();
     }
 
-    /// Books what drag and gravity have done in the epoch that ends now. The world holds the
+    /// Books what drag, gravity and shear have done in the epoch that ends now. The world holds the
     /// present motions.
     pub(crate) fn book_flight(&mut self) {
         self.world.book_flight(&mut self.ledger, self.offset);
+        self.world.work_of_shear = 0.0;
         if !self.world.clock.is_free() {
             self.ledger.restart_drag();
         }
@@ -516,6 +517,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         }
         // A wall near its turning point gets faster.
         let of_walls = self.world.fastest_oscillation();
+        if self.world.is_sheared() {
+            let fastest = fastest_squared.sqrt() + self.world.speed_of_images().abs();
+            fastest_squared = fastest * fastest;
+        }
         fastest_squared = fastest_squared.max(of_walls * of_walls);
         let mut limits = Limits::new(
             &self.world,
@@ -524,7 +529,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             fastest_spin,
             contacts,
         );
-        limits.end_by(longest_driven);
+        limits.end_by(longest_driven.min(self.world.longest_sheared_epoch()));
         if self.world.moving_walls().next().is_some() {
             self.refuse_squeezed()?;
             limits.end_by(longest_sweep(&self.world));

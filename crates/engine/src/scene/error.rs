@@ -241,6 +241,9 @@ pub enum GridError {
     /// Pistons, and a scheduler that does not run them.
     #[error("this scheduler does not run pistons")]
     Pistons,
+    /// A shear, and a scheduler that does not run it.
+    #[error("this scheduler does not run a shear")]
+    Shear,
     /// A gravity, and a detector that does not search bodies that fall.
     #[error("this detector does not search bodies that fall; use method.detector = \"exact\"")]
     Falling,
@@ -301,7 +304,7 @@ impl GridError {
             | Self::TurningWall(body) => name(body),
             Self::CellsPerSide(_) => "the grid".to_owned(),
             Self::Falling => "gravity".to_owned(),
-            Self::DrivenBodies | Self::Pistons => "the scheduler".to_owned(),
+            Self::DrivenBodies | Self::Pistons | Self::Shear => "the scheduler".to_owned(),
         };
         SceneError::Grid {
             entry,

@@ -25,6 +25,7 @@ pub(crate) mod piston_spec;
 pub(crate) mod random;
 pub(crate) mod region;
 pub(crate) mod scene_text;
+pub(crate) mod shear;
 pub(crate) mod spelling;
 pub(crate) mod stage_spec;
 pub(crate) mod stop_spec;
@@ -142,6 +143,12 @@ pub struct BoxSpec {
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = MAX_MAGNITUDE)))]
     #[doc(alias = "damping")]
     pub drag: f64,
+    /// Shear rate γ (1/time): the images above and below the box move along x by ± γ Ly (Lees and
+    /// Edwards). The velocities of the scene are those relative to the flow γ (y − Ly/2). Default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    #[cfg_attr(feature = "schema", schemars(range(min = -MAX_MAGNITUDE, max = MAX_MAGNITUDE)))]
+    #[doc(alias = "Lees-Edwards")]
+    pub shear_rate: f64,
 }
 
 impl Default for BoxSpec {
@@ -151,6 +158,7 @@ impl Default for BoxSpec {
             seed: 0,
             replica: 0,
             drag: 0.0,
+            shear_rate: 0.0,
         }
     }
 }
@@ -564,6 +572,10 @@ pub struct StageSpec {
     )]
     #[cfg_attr(feature = "schema", schemars(inner(range(min = -MAX_MAGNITUDE, max = MAX_MAGNITUDE))))]
     pub gravity: Option<[f64; 2]>,
+    /// The shear rate from here on (1/time); it replaces `box.shear_rate`. Velocities do not change.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = -MAX_MAGNITUDE, max = MAX_MAGNITUDE)))]
+    pub shear_rate: Option<f64>,
     /// Pairs of bodies that do not see each other from here on; it replaces `[[transparent]]` as a
     /// whole. Bodies that overlap and would see each other again are refused.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -601,6 +613,7 @@ impl Default for StageSpec {
             elasticity: None,
             drag: None,
             gravity: None,
+            shear_rate: None,
             transparent: None,
             lock: Vec::new(),
             unlock: Vec::new(),

@@ -173,7 +173,7 @@ mod tests {
             assert_eq!(view.overlaps().pairs, 0);
             for body in view.bodies() {
                 assert!(
-                    region.contains(view.bounds(), body.motion.position),
+                    region.contains(&view.bounds(), body.motion.position),
                     "{:?}",
                     body.motion.position
                 );

@@ -76,8 +76,8 @@ impl Add for SchedulerCounters {
 
 /// Energy lost and put in since the system was built (mass × length² / time²).
 ///
-/// At any time the kinetic energy is `initial − lost + put_in + heat + work + fallen − dragged`, to
-/// rounding: each contact and each edit may add an error of some roundings of the largest energy
+/// At any time the kinetic energy is `initial − lost + put_in + heat + work + fallen + sheared −
+/// dragged`, to rounding: each contact and each edit may add an error of some roundings of the largest energy
 /// and of the largest entry so far. After a large energy has been put in and taken out again, the
 /// error may exceed the energy left.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -108,6 +108,11 @@ pub struct Ledger {
     /// Work of gravity on all bodies and of the forces on pistons: the loss of potential energy.
     #[doc(alias = "potential energy")]
     pub fallen: f64,
+    /// Work of the shear ([`BoxSpec::shear_rate`](crate::BoxSpec::shear_rate)): the energy that
+    /// bodies gain where they pass through the seam of the box, and where they touch through it. In
+    /// the mean it is −γ A p_xy a unit of time.
+    #[doc(alias = "viscous heating")]
+    pub sheared: f64,
     /// `dragged` at the start of the epoch.
     pub(crate) dragged_before: f64,
     /// What contacts have taken in this epoch, each at the share 1 − (1 − γ s)² that the drag had
@@ -121,9 +126,9 @@ pub struct Ledger {
 
 impl Ledger {
     /// The kinetic energy according to the ledger: `initial − lost + put_in + heat + work +
-    /// fallen − dragged`.
+    /// fallen + sheared − dragged`.
     pub fn booked(&self) -> f64 {
-        let given = self.put_in + self.heat + self.work + self.fallen;
+        let given = self.put_in + self.heat + self.work + self.fallen + self.sheared;
         self.initial - self.lost + given - self.dragged
     }
 
@@ -171,7 +176,7 @@ impl Ledger {
     }
 
     /// All entries, to be checked.
-    pub(crate) fn entries(&self) -> [f64; 12] {
+    pub(crate) fn entries(&self) -> [f64; 13] {
         let Self {
             initial,
             lost,
@@ -183,6 +188,7 @@ impl Ledger {
             dragged_before,
             dragged_from_lost,
             fallen,
+            sheared,
             fallen_before,
             fell_from,
         } = *self;
@@ -197,6 +203,7 @@ impl Ledger {
             dragged_before,
             dragged_from_lost,
             fallen,
+            sheared,
             fallen_before,
             fell_from,
         ]

@@ -208,8 +208,11 @@ impl World {
         image: [i64; 2],
         time: f64,
     ) -> RelativeMotion {
-        let shift = self.bounds.shift(image);
-        let uniform = RelativeMotion::between(motions[0], motions[1], shift, time);
+        let shift = self.bounds_at(time).shift(image);
+        let mut uniform = RelativeMotion::between(motions[0], motions[1], shift, time);
+        if self.shear_rate != 0.0 {
+            uniform.velocity += self.image_velocity(image);
+        }
         match self.relative_drive(bodies) {
             None => uniform,
             Some(drive) => uniform.deviated(&drive.deviation(0.0, time)),

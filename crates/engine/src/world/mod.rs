@@ -12,6 +12,7 @@ pub(crate) mod pair_table;
 pub(crate) mod pistons;
 pub(crate) mod report;
 pub(crate) mod rounding_bound;
+pub(crate) mod shear;
 pub(crate) mod tag_classes;
 pub(crate) mod tags;
 pub(crate) mod view;
@@ -60,6 +61,12 @@ pub struct World {
     pub(crate) oscillations: Vec<Option<Oscillation>>,
     /// Acceleration of all free bodies (length per time squared).
     pub(crate) gravity: DVec2,
+    /// Shear rate: by how much the box above is faster for each unit of height (1/time). The tilt
+    /// of `bounds` is that at the start of the epoch.
+    pub(crate) shear_rate: f64,
+    /// Work of the shear where bodies have passed through the seam, which the ledger does not hold
+    /// yet.
+    pub(crate) work_of_shear: f64,
     /// Walls with a mass, in the order of the bodies.
     pub(crate) pistons: Vec<Piston>,
     /// Walls whose velocity changes at given times.
@@ -97,6 +104,8 @@ impl World {
             axes: Vec::new(),
             oscillations: Vec::new(),
             gravity: DVec2::ZERO,
+            shear_rate: 0.0,
+            work_of_shear: 0.0,
             pistons: Vec::new(),
             wall_tables: Vec::new(),
             epoch: EpochTime::ZERO,
@@ -111,7 +120,7 @@ impl World {
         }
     }
 
-    /// The periodic box.
+    /// The periodic box, with its tilt at the start of the epoch.
     pub fn bounds(&self) -> &PeriodicBox {
         &self.bounds
     }
@@ -182,11 +191,11 @@ impl World {
 
     /// Whether motions within an epoch are those of a clock or a frame of their own.
     pub(crate) fn has_own_frame(&self) -> bool {
-        !self.clock.is_free() || self.accelerates()
+        !self.clock.is_free() || self.accelerates() || self.is_sheared()
     }
 
-    /// Books what drag and gravity have done in this epoch up to `offset`, at which the motions are
-    /// the present ones.
+    /// Books what drag, gravity and shear have done in this epoch up to `offset`, at which the
+    /// motions are the present ones.
     pub(crate) fn book_flight(&self, ledger: &mut Ledger, offset: f64) {
         if !self.clock.is_free() {
             ledger.book_drag(self.energy(), self.clock.slowing(offset));
@@ -195,6 +204,7 @@ impl World {
         if self.accelerates() && offset != 0.0 {
             ledger.book_gravity(self.negative_potential_energy(offset));
         }
+        ledger.sheared += self.work_of_shear;
     }
 
     /// Kinetic energy of each body at an offset in the epoch, with drag or gravity too (mass ×
@@ -441,6 +451,8 @@ impl World {
     /// Moves all bodies to `offset` in the epoch and begins a new epoch there.
     pub(crate) fn rebase(&mut self, offset: f64) {
         let slowing = self.clock.slowing(offset);
+        self.bounds = self.bounds_at(offset);
+        let speed_of_images = self.speed_of_images();
         let fallen = self.accelerates().then(|| self.falling_frame(offset));
         let of_pistons: Vec<_> = self
             .pistons()
@@ -476,7 +488,12 @@ impl World {
             };
             winding[0] += image[0];
             winding[1] += image[1];
+            if image[1] != 0 && speed_of_images != 0.0 {
+                motion.velocity.x -= speed_of_images * image[1] as f64;
+                self.work_of_shear += Self::gained(body, &here, motion);
+            }
         }
+        self.fold_tilt();
         for table in &mut self.wall_tables {
             table.begins -= offset;
         }

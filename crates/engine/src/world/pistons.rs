@@ -81,7 +81,7 @@ pub(crate) fn is_force(force: f64, mass: f64) -> bool {
 
 /// The first time at which d = v t + ½ a t², for a distance d that is not negative but for
 /// rounding. It is 0 where that has already been passed and the velocity leads on.
-fn first_passage(distance: f64, velocity: f64, acceleration: f64) -> f64 {
+pub(crate) fn first_passage(distance: f64, velocity: f64, acceleration: f64) -> f64 {
     if distance <= 0.0 && (velocity > 0.0 || (velocity == 0.0 && acceleration > 0.0)) {
         return 0.0;
     }

@@ -78,6 +78,8 @@ pub struct CollisionReport<'a> {
     pub elasticity: Elasticity,
     /// The image of the second body that was touched, in boxes relative to its position.
     pub image: [i64; 2],
+    /// The shift of that image from the second body (length).
+    pub shift: DVec2,
     /// Number of points at which the two bodies touch: 1, but for bodies that meet flat or in a
     /// notch.
     pub points: u32,
@@ -99,8 +101,8 @@ impl<'a> CollisionReport<'a> {
 
     /// Vector from the centre of the first body to the centre of the touched image of the second
     /// (length).
-    pub fn separation(&self, bounds: &carom_geometry::PeriodicBox) -> DVec2 {
+    pub fn separation(&self) -> DVec2 {
         let [first, second] = &self.sides;
-        (second.before.position - first.before.position) + bounds.shift(self.image)
+        (second.before.position - first.before.position) + self.shift
     }
 }

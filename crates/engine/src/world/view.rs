@@ -44,9 +44,19 @@ impl<'a> View<'a> {
         self.world.time_at(self.offset)
     }
 
-    /// The periodic box.
-    pub fn bounds(&self) -> &'a PeriodicBox {
-        &self.world.bounds
+    /// The periodic box; under shear with its present tilt.
+    pub fn bounds(&self) -> PeriodicBox {
+        self.world.bounds_at(self.offset)
+    }
+
+    /// The shear rate (1/time); 0 without shear.
+    pub fn shear_rate(&self) -> f64 {
+        self.world.shear_rate
+    }
+
+    /// Whether the images above and below move, or are displaced by an earlier shear.
+    pub fn is_sheared(&self) -> bool {
+        self.world.is_sheared()
     }
 
     /// Counts of events so far.
@@ -206,11 +216,11 @@ fn body_at(world: &World, index: usize, offset: f64) -> BodyView<'_> {
     let motion = world
         .motion_at(index as u32, &world.motions[index], offset)
         .slowed(world.clock.slowing(offset));
-    let (position, image) = world.bounds.wrap(motion.position);
+    let (motion, image) = world.wrapped_at(&motion, offset);
     let winding = world.windings[index];
     BodyView {
         body: &world.bodies[index],
-        motion: Motion { position, ..motion },
+        motion,
         winding: [winding[0] + image[0], winding[1] + image[1]],
     }
 }

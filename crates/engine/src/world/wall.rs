@@ -277,7 +277,7 @@ pub(crate) fn contact_frame(
         Part::BoundingCircle => DVec2::ZERO,
     };
     // The second body is touched in this image.
-    let shift = world.bounds.shift(contact.image);
+    let shift = world.shift_of(contact);
     let shift = if edged == 1 { -shift } else { shift };
     let place = ((motions[1 - edged].position - motions[edged].position) + shift) + arm;
     let rotation = motions[edged].orientation.cos_sin();

@@ -267,7 +267,7 @@ impl Observer for Crossings {
     }
 
     fn start(&mut self, view: &View<'_>) {
-        self.bounds = Some(*view.bounds());
+        self.bounds = Some(view.bounds());
         self.begun.get_or_insert(view.time());
         let seen = view.bodies().filter(|seen| self.measures(seen.body));
         self.flights = seen

@@ -107,7 +107,7 @@ fn the_net_count_is_that_of_the_boxes_that_the_bodies_have_changed() {
         let view = simulation.view();
         let bodies = view.bodies();
         bodies
-            .map(|body| (body.unwrapped(view.bounds()).x - 0.4).floor())
+            .map(|body| (body.unwrapped(&view.bounds()).x - 0.4).floor())
             .sum()
     };
     let before = boxes(&simulation);

@@ -88,7 +88,7 @@ impl ContactMap {
         gravity: DVec2,
     ) -> Option<Self> {
         let normal = report.normal;
-        let separation = report.separation(bounds);
+        let separation = report.separation();
         let is_bent = |side: &Side<'_>| {
             let edge = side
                 .edge

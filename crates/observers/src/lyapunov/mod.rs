@@ -131,7 +131,7 @@ impl LyapunovSpectrum {
             dimension,
             transient,
             space: TangentSpace::new(view, count),
-            bounds: *view.bounds(),
+            bounds: view.bounds(),
             gravity: view.gravity(),
             begun: None,
             sampled: view.time(),
@@ -207,7 +207,7 @@ impl Observer for LyapunovSpectrum {
     }
 
     fn start(&mut self, view: &View<'_>) {
-        self.bounds = *view.bounds();
+        self.bounds = view.bounds();
         self.gravity = view.gravity();
         if self.begun.is_some() && self.space.matches(view) {
             return;

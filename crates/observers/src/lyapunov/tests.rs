@@ -51,7 +51,7 @@ fn states(simulation: &Simulation) -> Vec<[f64; 6]> {
     let view = simulation.view();
     let free = view.bodies().filter(|body| body.body.is_free());
     let state = |body: carom_engine::BodyView<'_>| {
-        let (place, velocity) = (body.unwrapped(view.bounds()), body.motion.velocity);
+        let (place, velocity) = (body.unwrapped(&view.bounds()), body.motion.velocity);
         let angle = body.motion.orientation.radians();
         [
             place.x,

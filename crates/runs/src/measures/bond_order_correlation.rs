@@ -40,7 +40,7 @@ fn correlation(selection: &Selection<'_>) -> Result<BondOrderCorrelation> {
     Ok(BondOrderCorrelation::new(
         selection.group,
         rule,
-        bounds,
+        &bounds,
         cutoff,
         bins,
     )?)

@@ -34,7 +34,7 @@ type Currents = Known<CurrentCorrelation, Thermal>;
 fn currents(selection: &Selection<'_>) -> Result<Currents> {
     let bounds = selection.view.bounds();
     Ok(Known {
-        observer: CurrentCorrelation::new(selection.group, bounds, scales(selection)?)?,
+        observer: CurrentCorrelation::new(selection.group, &bounds, scales(selection)?)?,
         facts: Thermal::new(selection),
     })
 }

@@ -38,7 +38,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     figures: &[],
     start: |selection| {
         let counts = counts(selection)?;
-        let bins = FieldBins::grid(selection.view.bounds(), counts)?;
+        let bins = FieldBins::grid(&selection.view.bounds(), counts)?;
         Ok(in_blocks(Fields::new(selection.group, bins)))
     },
     resume: resumed::<Fields>,

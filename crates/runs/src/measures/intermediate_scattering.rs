@@ -42,7 +42,7 @@ fn scattering(selection: &Selection<'_>) -> Result<IntermediateScattering> {
     let bounds = selection.view.bounds();
     Ok(IntermediateScattering::new(
         selection.groups(),
-        bounds,
+        &bounds,
         scales(selection)?,
     )?)
 }

@@ -114,7 +114,7 @@ fn start(selection: &Selection<'_>, k: usize) -> Result<Box<dyn Measure>> {
         spacing: selection.interval(),
         longest: selection.longest_lag(),
     };
-    let order = OrientationalOrder::new(selection.group, k as u32, bounds, ranges)?;
+    let order = OrientationalOrder::new(selection.group, k as u32, &bounds, ranges)?;
     let name = selection.kind_name().to_owned();
     Ok(in_blocks(KAtic { name, order }))
 }

@@ -52,7 +52,7 @@ fn observer(selection: &Selection<'_>) -> anyhow::Result<PairDistribution> {
     let (cutoff, bins) = distances(selection, DIAMETERS, BINS_PER_DIAMETER);
     Ok(PairDistribution::new(
         selection.groups(),
-        selection.view.bounds(),
+        &selection.view.bounds(),
         cutoff,
         bins,
     )?)

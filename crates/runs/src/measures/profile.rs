@@ -106,7 +106,7 @@ fn profile(selection: &Selection<'_>) -> Result<Profile> {
     let longest = selection.given("max");
     let (layout, place, slab) = if let Some(point) = point {
         let longest = longest.unwrap_or(0.5 * bounds.sides().min_element());
-        let layout = FieldBins::around_point(bounds, DVec2::from(point), longest, bins)?;
+        let layout = FieldBins::around_point(&bounds, DVec2::from(point), longest, bins)?;
         let [x, y] = point;
         (layout, format!("by the distance from ({x}, {y})"), None)
     } else if let Some(wall) = wall {
@@ -118,7 +118,7 @@ fn profile(selection: &Selection<'_>) -> Result<Profile> {
             );
         };
         let longest = longest.unwrap_or(0.5 * bounds.sides()[axis]);
-        let layout = FieldBins::beside_wall(bounds, axis, place, longest, bins)?;
+        let layout = FieldBins::beside_wall(&bounds, axis, place, longest, bins)?;
         let name = selection.given_word("wall").unwrap_or_default();
         (
             layout,
@@ -136,7 +136,7 @@ fn profile(selection: &Selection<'_>) -> Result<Profile> {
         let counts = if along == 0 { [bins, 1] } else { [1, bins] };
         let slab = slab(selection.view, along);
         (
-            FieldBins::grid(bounds, counts)?,
+            FieldBins::grid(&bounds, counts)?,
             format!("along {axis}"),
             slab,
         )

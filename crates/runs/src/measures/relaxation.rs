@@ -62,7 +62,7 @@ fn relaxation(selection: &Selection<'_>) -> Result<Relaxation> {
     };
     let bounds = selection.view.bounds();
     Ok(Known {
-        observer: StructuralRelaxation::new(selection.group, bounds, scales)?,
+        observer: StructuralRelaxation::new(selection.group, &bounds, scales)?,
         facts: Thermal::new(selection),
     })
 }

@@ -22,7 +22,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     start: |selection| {
         Ok(in_blocks(StructureFactor::new(
             selection.groups(),
-            selection.view.bounds(),
+            &selection.view.bounds(),
             selection.whole("shells"),
         )?))
     },

@@ -38,14 +38,14 @@ fn map(selection: &Selection<'_>) -> Result<StructureFactorMap> {
     let (groups, bounds) = (selection.groups(), selection.view.bounds());
     let [one, other] = groups.map(|group| selection.largest_radius(group));
     let by_default = || {
-        let limit = StructureFactorMap::largest_within(bounds, MAX_VECTORS);
+        let limit = StructureFactorMap::largest_within(&bounds, MAX_VECTORS);
         let least = TAU / bounds.sides().min_element();
         (WAVES_PER_DIAMETER * TAU / (one + other))
             .min(limit)
             .max(least)
     };
     let largest = selection.given("max").unwrap_or_else(by_default);
-    Ok(StructureFactorMap::new(groups, bounds, largest)?)
+    Ok(StructureFactorMap::new(groups, &bounds, largest)?)
 }
 
 impl Measured for StructureFactorMap {

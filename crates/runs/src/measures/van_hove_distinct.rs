@@ -45,7 +45,7 @@ fn van_hove(selection: &Selection<'_>) -> Result<DistinctVanHove> {
         longest: selection.longest_lag(),
     };
     let bounds = selection.view.bounds();
-    Ok(DistinctVanHove::new(selection.groups(), bounds, bins)?)
+    Ok(DistinctVanHove::new(selection.groups(), &bounds, bins)?)
 }
 
 impl Measured for DistinctVanHove {

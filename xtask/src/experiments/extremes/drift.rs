@@ -66,7 +66,7 @@ pub fn drift(
     let mut points = vec![(0.0, 0.0)];
     let (mut pairs, mut deepest) = (0, 0.0f64);
     let mut worst = 0.0f64;
-    let mut gaps = GapStatistics::new(run.view().bounds());
+    let mut gaps = GapStatistics::new(&run.view().bounds());
     for sample in 1..=SAMPLES {
         let before = run.view().counters().collisions;
         let requested = collisions * sample / SAMPLES;

@@ -33,7 +33,7 @@ impl Observer for GapStatistics {
     fn collision(&mut self, report: &CollisionReport<'_>) {
         let [a, b] = &report.sides;
         let [radius_a, radius_b] = [a, b].map(|side| side.body.molecule().bounding_radius());
-        let gap = (report.separation(&self.bounds).length() - (radius_a + radius_b))
+        let gap = (report.separation().length() - (radius_a + radius_b))
             / (f64::EPSILON * self.bounds.sides().max_element());
         self.deepest = self.deepest.max(-gap);
         self.farthest = self.farthest.max(gap);
@@ -62,7 +62,7 @@ mod tests {
             CellsPerSide::Automatic,
         )
         .unwrap();
-        let mut gaps = GapStatistics::new(run.view().bounds());
+        let mut gaps = GapStatistics::new(&run.view().bounds());
         run.observe_until(40.0, &mut gaps).unwrap();
         assert!(gaps.contacts >= 10, "{gaps:?}");
         assert!(gaps.deepest.max(gaps.farthest) <= MAX_ROUNDINGS, "{gaps:?}");
