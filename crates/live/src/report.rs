@@ -46,7 +46,7 @@ pub struct StateWatch {
 struct Exchange {
     /// Energy lost in contacts, put in by edits and thermostats, received from heated walls and
     /// from walls that move, taken by drag, and gained by falling, at the last look.
-    last: [f64; 6],
+    last: [f64; 7],
     /// Sum of the magnitudes of the changes between two looks.
     sum: f64,
 }
@@ -60,6 +60,7 @@ impl Exchange {
             ledger.work,
             ledger.dragged,
             ledger.fallen,
+            ledger.sheared,
         ];
         self.sum += now
             .iter()

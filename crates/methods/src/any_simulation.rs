@@ -340,6 +340,11 @@ dynamic! {
     /// # Errors
     /// Those of [`Simulation::set_gravity`].
     fn set_gravity([&mut] self, gravity: [f64; 2]) -> Result<(), EditError>;
+    /// Changes the shear rate from now on (1/time). See [`Simulation::set_shear_rate`].
+    ///
+    /// # Errors
+    /// Those of [`Simulation::set_shear_rate`].
+    fn set_shear_rate([&mut] self, rate: f64) -> Result<(), EditError>;
 }
 
 impl Clone for AnySimulation {

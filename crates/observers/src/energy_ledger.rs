@@ -80,6 +80,7 @@ fn largest_exchange(ledger: &Ledger) -> f64 {
         .max(ledger.work.abs())
         .max(ledger.dragged)
         .max(ledger.fallen.abs())
+        .max(ledger.sheared.abs())
 }
 
 impl Observer for EnergyLedger {

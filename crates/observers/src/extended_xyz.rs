@@ -74,9 +74,10 @@ pub fn write_extended_xyz(view: &View<'_>, out: &mut impl io::Write) -> io::Resu
     writeln!(out, "{count}")?;
     writeln!(
         out,
-        "Lattice=\"{:?} 0.0 0.0 0.0 {:?} 0.0 0.0 0.0 {thickness:?}\" Properties={PROPERTIES} pbc=\"T T F\" \
+        "Lattice=\"{:?} 0.0 0.0 {:?} {:?} 0.0 0.0 0.0 {thickness:?}\" Properties={PROPERTIES} pbc=\"T T F\" \
          Kinds=\"{}\" Time={:?}{}{}",
         sides.x,
+        view.bounds().tilt() + 0.0,
         sides.y,
         names_of_kinds(view, &kinds).join(" "),
         view.time().to_f64(),

@@ -383,7 +383,7 @@ impl Observer for Fields {
             .iter()
             .filter(|side| self.group.contains(side.body));
         let share = members.map(|side| share(side, report)).sum::<f64>();
-        let mut carried = carried_by(report, &self.bins, interval.drift);
+        let mut carried = carried_by(report, interval.drift);
         carried.momentum *= share;
         carried.energy *= share;
         self.bins.divide(&carried, |part| {
@@ -419,7 +419,7 @@ fn share(side: &Side<'_>, report: &CollisionReport<'_>) -> f64 {
 }
 
 /// What a contact carries, and over which way.
-fn carried_by(report: &CollisionReport<'_>, bins: &FieldBins, drift: DVec2) -> Carried {
+fn carried_by(report: &CollisionReport<'_>, drift: DVec2) -> Carried {
     let [first, second] = &report.sides;
     let separation = report.separation();
     let from = first.before.position;

@@ -10,6 +10,9 @@
 //! interval; the mean over a long time vanishes. At a straight wall J is normal to the wall, and
 //! the component of r along the wall depends on where its centre is: of the off-diagonal
 //! components only that with r along the normal has a meaning then (p_xy for a wall along y).
+//!
+//! Under shear v is relative to the flow too. Then p_xy < 0 for γ > 0, and the viscosity is
+//! −(p_xy + p_yx)/2γ.
 
 use carom_engine::{CollisionReport, Observer, View};
 use carom_geometry::PeriodicBox;
@@ -51,12 +54,16 @@ pub struct PressureTensor {
     /// Σ p t over the intervals, in the order of [`PressureTensor::sums`] (mass / time).
     sums: [f64; 4],
     duration: f64,
+    /// Σ |γ| t over the intervals, and Σ −(p_xy + p_yx) t/2 with the sign of γ (1; mass / time).
+    sheared: [f64; 2],
 }
 
 /// The open interval.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Interval {
     bounds: PeriodicBox,
+    /// Shear rate (1/time).
+    shear_rate: f64,
     /// Σ m v_a v_b.
     momenta: OpenInterval<DMat2>,
     /// Σ r_a J_b so far.
@@ -118,6 +125,12 @@ impl PressureTensor {
         self.sums.map(|sum| [sum, self.duration]).to_vec()
     }
 
+    /// [Σx, Σw] of the viscosity −(p_xy + p_yx)/2γ over all intervals with a shear so far: x is the
+    /// viscosity times w, and w = Σ |γ| t, which is 0 without shear (mass / time; 1).
+    pub fn viscosity_sum(&self) -> [f64; 2] {
+        [self.sheared[1], self.sheared[0]]
+    }
+
     /// Means of p_xx, p_xy, p_yx and p_yy over the intervals, weighted with their lengths, and
     /// standard errors (mass / time²); `None` with fewer than two intervals.
     ///
@@ -140,6 +153,7 @@ impl PressureTensor {
         let momenta = OpenInterval::new(view.time(), now);
         self.interval = Some(Interval {
             bounds: view.bounds(),
+            shear_rate: view.shear_rate(),
             momenta,
             virial: DMat2::ZERO,
         });
@@ -188,6 +202,12 @@ impl Observer for PressureTensor {
                     *sum += component * duration;
                 }
                 self.duration += duration;
+                let rate = interval.shear_rate;
+                if rate != 0.0 {
+                    let stress = -0.5 * rate.signum() * (point.xy() + point.yx());
+                    self.sheared[0] += rate.abs() * duration;
+                    self.sheared[1] += stress * duration;
+                }
                 self.series.push(point);
             }
         }
@@ -195,12 +215,12 @@ impl Observer for PressureTensor {
     }
 }
 
-/// Σ m v_a v_b relative to the centre of mass (mass × length² / time²).
+/// Σ m v_a v_b relative to the centre of mass, and to the flow under shear (mass × length² / time²).
 fn momenta(view: &View<'_>) -> DMat2 {
-    let drift = view.centre_of_mass_frame().velocity();
+    let frame = view.centre_of_mass_frame();
     let moving = view.bodies().filter(|view| view.body.is_free());
     let flux = moving.map(|body| {
-        let velocity = body.motion.velocity - drift;
+        let velocity = body.motion.velocity - frame.velocity_at(body.motion.position);
         let momentum = velocity / body.body.inertia().inverse_mass;
         DMat2::from_cols(velocity * momentum.x, velocity * momentum.y)
     });

@@ -128,7 +128,8 @@ impl Observer for TemperatureByTag {
         let turning = members().filter(|view| view.body.can_turn()).count() as f64;
         for member in members().filter(|view| view.body.is_free()) {
             let mass = member.body.molecule().mass();
-            self.momentum += mass * (member.motion.velocity - frame.velocity());
+            self.momentum +=
+                mass * (member.motion.velocity - frame.velocity_at(member.motion.position));
             self.mass += mass;
         }
         let others = || view.bodies().filter(|view| !self.group.contains(view.body));

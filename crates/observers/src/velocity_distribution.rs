@@ -9,6 +9,7 @@ use std::f64::consts::{E, PI};
 
 use carom_engine::{Observer, View};
 use carom_geometry::{GeometryError, check_positive};
+use carom_kinematics::Motion;
 use carom_tables::block_sums::mean_of_series;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -204,8 +205,9 @@ impl Observer for VelocityDistribution {
         let moving = view
             .bodies()
             .filter(|view| view.body.is_free() && self.group.contains(view.body));
-        let drift = view.centre_of_mass_frame().velocity();
-        let velocities: Vec<DVec2> = moving.map(|view| view.motion.velocity - drift).collect();
+        let frame = view.centre_of_mass_frame();
+        let relative = |motion: &Motion| motion.velocity - frame.velocity_at(motion.position);
+        let velocities: Vec<DVec2> = moving.map(|view| relative(&view.motion)).collect();
         let count = velocities.len() as f64;
         let mean_square = velocities.iter().map(|v| v.length_squared()).sum::<f64>() / count;
         // The mean of an empty group is NaN.

@@ -258,6 +258,10 @@ impl Core {
         Ok(self.lock()?.simulation.view().bounds().sides().to_array())
     }
 
+    fn tilt(&self) -> PyResult<f64> {
+        Ok(self.lock()?.simulation.view().bounds().tilt())
+    }
+
     fn totals(&self) -> PyResult<Totals> {
         let state = self.lock()?;
         let view = state.simulation.view();
@@ -269,6 +273,7 @@ impl Core {
             ledger.heat,
             ledger.work,
             ledger.fallen,
+            ledger.sheared,
             ledger.dragged,
         ];
         Ok((
@@ -595,6 +600,14 @@ impl Core {
         self.edit(py, |state| {
             state.simulation.set_gravity(gravity)?;
             state.scene.gravity.acceleration = gravity;
+            Ok(())
+        })
+    }
+
+    fn set_shear_rate(&self, py: Python<'_>, rate: f64) -> PyResult<()> {
+        self.edit(py, |state| {
+            state.simulation.set_shear_rate(rate)?;
+            state.scene.bounds.shear_rate = rate;
             Ok(())
         })
     }

@@ -54,15 +54,23 @@
 
   const wrap = (x, side) => x - Math.floor(x / side) * side;
 
+  // Shift along x of the next box above at a time, under shear.
+  const tiltAt = (time) => {
+    const [tilt, speed] = animation.shear || [0, 0];
+    return tilt + speed * (time - animation.from);
+  };
+
   // Position in the box, and angle, of a body at a time.
   function stateAt(body, time) {
     const list = flights[body];
     const [t, x, y, vx, vy, angle, spin] = list[flightAt(list, time)];
     const passed = animation.drag ? -Math.expm1(animation.drag * (t - time)) / animation.drag : time - t;
     const [gx, gy] = animation.shapes[animation.bodies[body]].fixed ? [0, 0] : animation.gravity || [0, 0];
+    const up = y + vy * passed + 0.5 * gy * passed * passed;
+    const rows = Math.floor(up / animation.sides[1]);
     return [
-      wrap(x + vx * passed + 0.5 * gx * passed * passed, animation.sides[0]),
-      wrap(y + vy * passed + 0.5 * gy * passed * passed, animation.sides[1]),
+      wrap(x + vx * passed + 0.5 * gx * passed * passed - rows * tiltAt(time), animation.sides[0]),
+      wrap(up, animation.sides[1]),
       angle + spin * passed,
     ];
   }
@@ -143,9 +151,10 @@
     // y points upwards; units of length.
     context.setTransform(scale, 0, 0, -scale, -left * scale, canvas.height + bottom * scale);
     const around = (x, y, r, f) =>
-      images(x - r, x + r, left, left + wide, width, (dx) =>
-        images(y - r, y + r, bottom, bottom + high, height, (dy) => f(dx, dy)),
-      );
+      images(y - r, y + r, bottom, bottom + high, height, (dy) => {
+        const aside = (dy / height) * tiltAt(time);
+        images(x + aside - r, x + aside + r, left, left + wide, width, (dx) => f(aside + dx, dy));
+      });
     for (const shape of order) {
       const { atoms, lines, colour } = animation.shapes[shape];
       context.beginPath();

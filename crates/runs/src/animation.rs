@@ -71,6 +71,10 @@ struct Animation {
     /// Acceleration of the free bodies; absent if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     gravity: Option<[f64; 2]>,
+    /// Under shear the shift along x of the next box above at the start (length), and its speed;
+    /// absent without.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shear: Option<[f64; 2]>,
     /// Largest velocity component.
     fastest: f64,
     /// Largest angular velocity.
@@ -303,6 +307,9 @@ impl Animation {
             until,
             drag: Some(view.drag()).filter(|drag| *drag > 0.0),
             gravity: Some(view.gravity().to_array()).filter(|gravity| *gravity != [0.0; 2]),
+            shear: view
+                .is_sheared()
+                .then(|| [view.bounds().tilt(), view.shear_rate() * sides.y]),
             fastest: largest(|flight| flight.velocity.abs().max_element()),
             fastest_spin: largest(|flight| flight.angular_velocity.abs()),
             watched: watched(&shapes, &bodies),

@@ -1,6 +1,7 @@
 //! Thermostats: edits by which a rule changes the motions of all bodies of a tag.
 
 use carom_kinematics::{Motion, Orientation, kinetic_energy};
+use glam::DVec2;
 
 use crate::{
     edit::{
@@ -17,10 +18,33 @@ use crate::{
         thermostat_target::ThermostatTarget,
     },
     world::{
+        centre_of_mass::CentreOfMassFrame,
         heat::{ThermostatCounts, exact_sum},
         tags::Tag,
+        view::body_at,
     },
 };
+
+/// A body (index), its new motion, and its axis if it is driven along one of its own.
+type Change = (usize, Motion, Option<Orientation>);
+
+/// A change of all velocities relative to one of them, by a factor.
+#[derive(Debug, Clone, Copy)]
+struct Rescaling {
+    factor: f64,
+    /// The velocity that remains (length / time).
+    about: DVec2,
+}
+
+impl Rescaling {
+    fn of(self, motion: &Motion) -> Motion {
+        Motion {
+            velocity: self.about + self.factor * (motion.velocity - self.about),
+            angular_velocity: self.factor * motion.angular_velocity,
+            ..*motion
+        }
+    }
+}
 
 /// The effect of a thermostat on a body.
 enum Effect {
@@ -35,7 +59,8 @@ impl Batch {
     /// Lets a thermostat act once on each body with this tag. The change of energy is booked as
     /// heat of the tag ([`View::heat`](crate::View::heat)).
     ///
-    /// The random numbers of a body depend on `key` and on its handle alone.
+    /// The random numbers of a body depend on `key` and on its handle alone. Under shear a rule
+    /// acts on velocities relative to the flow.
     ///
     /// ```
     /// use carom_engine::{DrawKey, Scene, Simulation, ThermostatRule, ThermostatTarget};
@@ -69,19 +94,20 @@ impl Batch {
         key: DrawKey,
     ) -> Result<ThermostatCounts, EditError> {
         self.start_to_move();
-        let (mut counts, mut changes) = (ThermostatCounts::default(), Vec::new());
-        for index in self.members(tag) {
-            match self.effect(index, rule, key)? {
-                Effect::Changed(motion) => changes.push((index, motion, None)),
-                Effect::Driven(motion, axis) => changes.push((index, motion, Some(axis))),
-                Effect::AtRest => counts.at_rest += 1,
-                Effect::Fixed => counts.fixed += 1,
-            }
-        }
-        counts.changed = changes.len() as u64;
         let before = self.energies_of(tag);
+        let rescaling = self.rescaling(tag, rule);
+        let (counts, changes) = if self.world.is_sheared() {
+            let motions = self.world.motions.clone();
+            self.world.add_flow(-1.0);
+            let changes = self.effects(tag, rule, rescaling, key);
+            self.world.motions = motions;
+            changes?
+        } else {
+            self.effects(tag, rule, rescaling, key)?
+        };
         self.moves |= !changes.is_empty();
-        for (index, motion, axis) in changes {
+        for (index, mut motion, axis) in changes {
+            motion.velocity += self.world.flow_at(motion.position);
             self.world.motions[index] = motion;
             if let Some(axis) = axis {
                 self.world.set_axis(index, axis);
@@ -95,11 +121,33 @@ impl Batch {
         Ok(counts)
     }
 
+    /// The motions that a rule gives to the bodies of a tag, with new axes, relative to the flow.
+    fn effects(
+        &self,
+        tag: Tag,
+        rule: &ThermostatRule,
+        rescaling: Option<Rescaling>,
+        key: DrawKey,
+    ) -> Result<(ThermostatCounts, Vec<Change>), EditError> {
+        let (mut counts, mut changes) = (ThermostatCounts::default(), Vec::new());
+        for index in self.members(tag) {
+            match self.effect(index, rule, rescaling, key)? {
+                Effect::Changed(motion) => changes.push((index, motion, None)),
+                Effect::Driven(motion, axis) => changes.push((index, motion, Some(axis))),
+                Effect::AtRest => counts.at_rest += 1,
+                Effect::Fixed => counts.fixed += 1,
+            }
+        }
+        counts.changed = changes.len() as u64;
+        Ok((counts, changes))
+    }
+
     /// The motion that a rule gives to a body.
     fn effect(
         &self,
         index: usize,
         rule: &ThermostatRule,
+        rescaling: Option<Rescaling>,
         key: DrawKey,
     ) -> Result<Effect, EditError> {
         let (body, motion) = (&self.world.bodies[index], &self.world.motions[index]);
@@ -121,9 +169,29 @@ impl Batch {
                 None => return Ok(Effect::AtRest),
             },
             ThermostatRule::Kick(momentum) => kicked(body, motion, *momentum, &draw),
+            ThermostatRule::Rescale(_) => match rescaling {
+                Some(rescaling) => rescaling.of(motion),
+                None => return Ok(Effect::AtRest),
+            },
         };
         refuse_motion(body, &changed, || self.name(index).to_string())?;
         Ok(Effect::Changed(changed))
+    }
+
+    /// The change of scale by which the bodies of a tag reach the temperature of a rule; `None` for
+    /// other rules, and without a thermal motion.
+    fn rescaling(&self, tag: Tag, rule: &ThermostatRule) -> Option<Rescaling> {
+        let ThermostatRule::Rescale(temperature) = *rule else {
+            return None;
+        };
+        let frame = CentreOfMassFrame::new(&self.world, 0.0);
+        let members = self.members(tag);
+        let thermal = frame.thermal(members.map(|index| body_at(&self.world, index, 0.0)));
+        let now = thermal.temperature().filter(|now| *now > 0.0)?;
+        Some(Rescaling {
+            factor: (temperature / now).sqrt(),
+            about: frame.velocity(),
+        })
     }
 
     /// Self-propulsion along the axis of a body.
@@ -283,6 +351,33 @@ mod tests {
         for (index, body) in simulation.view().bodies().enumerate() {
             // Molecules first: the dumbbell is locked, the disc is round, the last tee has tag b.
             assert_eq!(body.motion.angular_velocity != 0.0, index == 2, "{index}");
+        }
+    }
+
+    /// A mixture and a flow: kT of all is that of the rule, and the momentum remains.
+    #[test]
+    fn one_factor_brings_all_bodies_to_a_temperature() {
+        for rate in [0.0, 0.7] {
+            let text = format!(
+                "[box]\nsides = [2.0, 1.0]\nshear_rate = {rate:?}\n[[gas]]\ntags = [\"all\"]\nradius = 0.01\n\
+                 mass = 2.0\nenergy = 1.0\ncount = 60\n[[gas]]\ntags = [\"all\"]\nshape = \"tee\"\n\
+                 atom_radius = 0.01\natom_mass = 1.0\nenergy = 3.0\ncount = 40"
+            );
+            let mut simulation = Simulation::new(&Scene::from_toml(&text).unwrap()).unwrap();
+            let all = simulation.find_tag("all").unwrap();
+            simulation.run_until(0.4).unwrap();
+            let frame = simulation.view().centre_of_mass_frame();
+            let rule = ThermostatRule::Rescale(0.25);
+            let counts = simulation
+                .edit(|batch| batch.thermostat(all, &rule, KEY))
+                .unwrap();
+            assert_eq!(counts.changed, 100);
+            let view = simulation.view();
+            assert!((view.temperature().unwrap() - 0.25).abs() < 1e-14);
+            let drift = view.centre_of_mass_frame().velocity() - frame.velocity();
+            assert!(drift.length() < 1e-14);
+            let ledger = view.ledger();
+            assert!((ledger.booked() / view.energy() - 1.0).abs() < 1e-12);
         }
     }
 

@@ -116,7 +116,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         refuse_gravity(&world)?;
         world.shear_rate = shear_rate_of("box.shear_rate", scene.bounds.shear_rate)?;
         refuse_shear(&world, |body| singles.entry_of(body, &counts))?;
-        world.add_flow();
+        if world.is_sheared() {
+            world.add_flow(1.0);
+        }
         refuse_pistons(&world, |body| singles.entry_of(body, &counts))?;
         world.random_key = [scene.bounds.seed, scene.bounds.replica];
         world.shrink();

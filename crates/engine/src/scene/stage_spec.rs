@@ -34,6 +34,10 @@ pub enum ThermostatKind {
     Rotate,
     /// `momentum` is added to each body.
     Kick,
+    /// All velocities relative to the centre of mass, and to the flow under shear, and the angular
+    /// velocities are scaled by one factor, so that the bodies of the tag have `temperature`.
+    #[doc(alias = "isokinetic")]
+    Rescale,
 }
 
 /// A thermostat that acts at regular times on the bodies of a tag.
@@ -57,7 +61,7 @@ pub struct ThermostatSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(max = MAX_MAGNITUDE), extend("exclusiveMinimum" = 0.0)))]
     pub energy: Option<f64>,
-    /// For `energy-reset`, `maxwell` and `langevin`: temperature kT (mass × length² / time²), above
+    /// For `energy-reset`, `maxwell`, `langevin` and `rescale`: temperature kT (mass × length² / time²), above
     /// 0 and at most 1e60: energy ½ f kT for a body of f = 2 degrees of freedom, or 3 if contacts
     /// turn it. `langevin` needs it; else either this or `energy`.
     #[serde(skip_serializing_if = "Option::is_none")]

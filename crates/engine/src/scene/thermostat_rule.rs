@@ -29,6 +29,11 @@ pub enum ThermostatRule {
     Rotate,
     /// A momentum is added; the angular velocity remains.
     Kick(KickMomentum),
+    /// Velocities relative to the centre of mass of all bodies, and to the flow under shear, and
+    /// angular velocities are scaled by one factor, so that the bodies of the tag have this kT (mass
+    /// × length² / time²).
+    #[doc(alias = "isokinetic")]
+    Rescale(f64),
 }
 
 /// Self-propulsion: in each action the velocity of a body is set to `speed` along its axis.
@@ -76,6 +81,7 @@ impl ThermostatKind {
             Self::Langevin => "langevin",
             Self::Rotate => "rotate",
             Self::Kick => "kick",
+            Self::Rescale => "rescale",
         }
     }
 
@@ -87,6 +93,7 @@ impl ThermostatKind {
             Self::Langevin => &["friction", "temperature"],
             Self::Rotate => &[],
             Self::Kick => &["momentum"],
+            Self::Rescale => &["temperature"],
         }
     }
 }
@@ -125,6 +132,9 @@ impl ThermostatSpec {
             }),
             ThermostatKind::Rotate => ThermostatRule::Rotate,
             ThermostatKind::Kick => ThermostatRule::Kick(keys.momentum(self.momentum)?),
+            ThermostatKind::Rescale => {
+                ThermostatRule::Rescale(keys.positive("temperature", self.temperature)?)
+            }
         })
     }
 

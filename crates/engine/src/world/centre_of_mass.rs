@@ -20,6 +20,10 @@
 //! because the variance of a component of vᵢ − V is (1/mᵢ − 1/M) kT. For all bodies this is
 //! kT = 2 (K − P²/2M) / (2 (N − 1) + turning degrees of freedom) (Rapaport 2004, section 2.4).
 //!
+//! Under shear ([`BoxSpec::shear_rate`](crate::BoxSpec::shear_rate)) velocities are thermal
+//! relative to the flow γ (y − Ly/2) along x too, and momentum relative to it is conserved along
+//! both axes.
+//!
 //! All bodies count as one system. Two or more parallel walls across the whole box divide it into
 //! the same number of rooms, each of which conserves its own momentum along the walls. Then the
 //! relative motion of the rooms counts as thermal, and f is too large by the number of rooms less
@@ -35,7 +39,7 @@ use crate::world::{
 };
 
 /// The frame that moves with the centre of mass along each axis on which momentum is conserved, and
-/// is at rest along the others.
+/// is at rest along the others. Under shear it moves with the flow in addition.
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation};
@@ -71,6 +75,8 @@ pub struct CentreOfMassFrame {
     mass: f64,
     velocity: DVec2,
     conserved: BVec2,
+    /// The flow under shear: its rate of change along y (1/time), and where it is 0 (length).
+    flow: [f64; 2],
 }
 
 /// Thermal energy of a group of bodies and its degrees of freedom.
@@ -91,13 +97,23 @@ pub struct ThermalEnergy {
 }
 
 impl CentreOfMassFrame {
-    pub(crate) fn new(world: &World) -> Self {
+    /// The frame at an offset in the epoch (time), of which the world holds the motions.
+    pub(crate) fn new(world: &World, offset: f64) -> Self {
+        let flow = [world.shear_rate, 0.5 * world.bounds.sides().y];
+        // Without shear the velocities of the motions, which are those of the view but for a drag.
+        let peculiar = |index: usize| {
+            let motion = &world.motions[index];
+            if world.shear_rate == 0.0 {
+                return motion.velocity;
+            }
+            let (motion, _) = world.wrapped_at(&motion.at(offset), offset);
+            motion.velocity - world.flow_at(motion.position)
+        };
         let moving = || {
-            world
-                .bodies
-                .iter()
-                .zip(&world.motions)
-                .filter(|(body, _)| body.is_free())
+            let bodies = world.bodies.iter().enumerate();
+            bodies
+                .filter(|(_, body)| body.is_free())
+                .map(|(index, body)| (body, peculiar(index)))
         };
         let conserved = conserved_momentum(world);
         let mass: f64 = moving().map(|(body, _)| mass(body)).sum();
@@ -105,9 +121,9 @@ impl CentreOfMassFrame {
         // the bit.
         let origin = moving()
             .next()
-            .map_or(DVec2::ZERO, |(_, motion)| motion.velocity);
+            .map_or(DVec2::ZERO, |(_, velocity)| velocity);
         let momentum: DVec2 = moving()
-            .map(|(body, motion)| mass_times(body, motion.velocity - origin))
+            .map(|(body, velocity)| mass_times(body, velocity - origin))
             .sum();
         let velocity = if mass > 0.0 {
             origin + momentum / mass
@@ -118,6 +134,7 @@ impl CentreOfMassFrame {
             mass,
             velocity: DVec2::select(conserved, velocity, DVec2::ZERO),
             conserved,
+            flow,
         }
     }
 
@@ -127,9 +144,20 @@ impl CentreOfMassFrame {
     }
 
     /// Velocity of the frame (length / time): P / M along an axis on which momentum is conserved, 0
-    /// along any other.
+    /// along any other. Under shear, where the flow is 0.
     pub fn velocity(&self) -> DVec2 {
         self.velocity
+    }
+
+    /// Velocity of the frame at a place in the box (length / time): under shear with the flow there,
+    /// elsewhere that of [`Self::velocity`].
+    #[inline]
+    pub fn velocity_at(&self, place: DVec2) -> DVec2 {
+        let [rate, middle] = self.flow;
+        if rate == 0.0 {
+            return self.velocity;
+        }
+        self.velocity + DVec2::new(rate * (place.y - middle), 0.0)
     }
 
     /// Thermal energy of these bodies, which must be from the view from which the frame is taken;
@@ -148,7 +176,7 @@ impl CentreOfMassFrame {
                 pistons += 1;
                 continue;
             }
-            let relative = motion.velocity - self.velocity;
+            let relative = motion.velocity - self.velocity_at(motion.position);
             thermal.bodies += 1;
             thermal.translation += 0.5 * mass_times(body, relative).dot(relative);
             if body.can_turn() {
@@ -184,7 +212,7 @@ impl ThermalEnergy {
 impl View<'_> {
     /// The frame relative to which velocities are thermal.
     pub fn centre_of_mass_frame(&self) -> CentreOfMassFrame {
-        CentreOfMassFrame::new(self.world)
+        CentreOfMassFrame::new(self.world, self.offset)
     }
 
     /// kT of all bodies (mass × length² / time²), relative to the centre of mass along axes with

@@ -27,7 +27,7 @@ use glam::DVec2;
 use crate::world::{World, body::Body, contact_event::ContactEvent};
 
 /// Largest change of the slope of the cells in an epoch. Smaller: more epochs. Larger: longer cells.
-const MAX_SHEAR_OF_EPOCH: f64 = 0.125;
+const MAX_SHEAR_OF_EPOCH: f64 = 0.5;
 
 impl World {
     /// The shear rate (1/time); 0 without shear.
@@ -145,11 +145,11 @@ impl World {
         }
     }
 
-    /// Adds the flow to the velocities of all bodies.
-    pub(crate) fn add_flow(&mut self) {
+    /// Adds the flow, this many times, to the velocities of all bodies.
+    pub(crate) fn add_flow(&mut self, times: f64) {
         for index in 0..self.motions.len() {
             let flow = self.flow_at(self.motions[index].position);
-            self.motions[index].velocity += flow;
+            self.motions[index].velocity += times * flow;
         }
     }
 }

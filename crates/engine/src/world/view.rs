@@ -212,7 +212,7 @@ impl BodyView<'_> {
     }
 }
 
-fn body_at(world: &World, index: usize, offset: f64) -> BodyView<'_> {
+pub(crate) fn body_at(world: &World, index: usize, offset: f64) -> BodyView<'_> {
     let motion = world
         .motion_at(index as u32, &world.motions[index], offset)
         .slowed(world.clock.slowing(offset));

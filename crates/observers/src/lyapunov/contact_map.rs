@@ -13,7 +13,6 @@
 //! rotation of the body whose edge is touched.
 
 use carom_engine::{CollisionReport, Side};
-use carom_geometry::PeriodicBox;
 use carom_kinematics::Motion;
 use glam::DVec2;
 
@@ -82,11 +81,7 @@ fn turned(rate: f64, r: DVec2) -> DVec2 {
 impl ContactMap {
     /// The derivative of a reported collision, with the acceleration of free bodies (length /
     /// time²). `None` where there is none: a contact without approach.
-    pub(super) fn new(
-        report: &CollisionReport<'_>,
-        bounds: &PeriodicBox,
-        gravity: DVec2,
-    ) -> Option<Self> {
+    pub(super) fn new(report: &CollisionReport<'_>, gravity: DVec2) -> Option<Self> {
         let normal = report.normal;
         let separation = report.separation();
         let is_bent = |side: &Side<'_>| {

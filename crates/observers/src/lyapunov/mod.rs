@@ -15,7 +15,6 @@ mod contact_map;
 mod tangent_space;
 
 use carom_engine::{Body, CollisionReport, Observer, View};
-use carom_geometry::PeriodicBox;
 use carom_kinematics::EpochTime;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -57,7 +56,6 @@ pub struct LyapunovSpectrum {
     dimension: usize,
     transient: f64,
     space: TangentSpace,
-    bounds: PeriodicBox,
     gravity: DVec2,
     /// When the present vectors began; `None` before the start.
     begun: Option<EpochTime>,
@@ -131,7 +129,6 @@ impl LyapunovSpectrum {
             dimension,
             transient,
             space: TangentSpace::new(view, count),
-            bounds: view.bounds(),
             gravity: view.gravity(),
             begun: None,
             sampled: view.time(),
@@ -207,7 +204,6 @@ impl Observer for LyapunovSpectrum {
     }
 
     fn start(&mut self, view: &View<'_>) {
-        self.bounds = view.bounds();
         self.gravity = view.gravity();
         if self.begun.is_some() && self.space.matches(view) {
             return;
@@ -228,7 +224,7 @@ impl Observer for LyapunovSpectrum {
         if report.points > 1 || !report.elasticity.is_smooth() {
             self.approximated += 1;
         }
-        if let Some(map) = ContactMap::new(report, &self.bounds, self.gravity) {
+        if let Some(map) = ContactMap::new(report, self.gravity) {
             let bodies = report.sides.map(|side| side.body.id());
             self.space.apply_contact(bodies, report.time, &map);
             let elasticity = report.elasticity.coefficient().max(f64::MIN_POSITIVE);

@@ -23,7 +23,7 @@ def to_ase(core: _carom.Core) -> Any:
         positions=_spatial(atoms["positions"]),
         momenta=_spatial(atoms["velocities"]) * atoms["masses"][:, None],
         masses=atoms["masses"],
-        cell=[x, y, thickness],
+        cell=[[x, 0, 0], [core.tilt(), y, 0], [0, 0, thickness]],
         pbc=[True, True, False],
         info={"Time": core.time(), "kinds": atoms["names"]},
     )
@@ -41,24 +41,32 @@ def to_freud(core: _carom.Core) -> tuple[Any, Any]:
     # Walls have no atoms, and no point.
     has_atoms = np.isin(core.array("ids"), core.atoms()["ids"])
     points = _spatial(core.array("positions")[has_atoms] - [x / 2, y / 2])
-    return freud.box.Box(Lx=x, Ly=y), points.astype(np.float32)
+    box = freud.box.Box(Lx=x, Ly=y, xy=core.tilt() / y, is2D=True)
+    # Of a box that a shear has tilted, freud has the parallelogram about the origin.
+    points = box.wrap(points) if core.tilt() else points
+    return box, points.astype(np.float32)
 
 
 def to_gsd(core: _carom.Core) -> Any:
     """A ``gsd.hoomd.Frame`` of all atoms; see :meth:`Simulation.to_gsd`."""
     hoomd = _package("gsd.hoomd", "gsd")
     atoms, sides = core.atoms(), np.array(core.sides())
-    boxes = np.floor(atoms["positions"] / sides)
-    inside = atoms["positions"] - (boxes + 0.5) * sides
+    tilt = core.tilt() / sides[1]
+    # In a box that a shear has tilted, x − tilt y is that of a rectangle.
+    upright = atoms["positions"] - np.outer(atoms["positions"][:, 1] - sides[1] / 2, [tilt, 0])
+    boxes = np.floor(upright / sides)
+    inside = upright - (boxes + 0.5) * sides
+    inside += np.outer(inside[:, 1], [tilt, 0])
     half = np.zeros(len(inside))
     _, molecule, count = np.unique(atoms["ids"], return_inverse=True, return_counts=True)
     frame = hoomd.Frame()
-    frame.configuration.box = [*sides, 0, 0, 0, 0]
+    frame.configuration.box = [*sides, 0, tilt, 0, 0]
     frame.configuration.dimensions = 2
     particles = frame.particles
     particles.N = len(inside)
     # Rounded to single precision a place may lie on the upper border.
-    particles.position = np.minimum(_spatial(inside).astype(np.float32), [*(sides / 2), 0]).astype(np.float32)
+    upper = [sides[0] / 2 if tilt == 0 else np.inf, sides[1] / 2, 0]
+    particles.position = np.minimum(_spatial(inside).astype(np.float32), upper).astype(np.float32)
     particles.image = _spatial(boxes + atoms["images"]).astype(np.int32)
     particles.velocity = _spatial(atoms["velocities"])
     particles.orientation = np.column_stack(

@@ -403,8 +403,8 @@ class Simulation:
     @property
     def booked_energy(self) -> dict[str, float]:
         """The kinetic energy by its sources (mass · length² / time²): ``initial`` − ``lost`` in contacts
-        + ``put_in`` by edits + ``heat`` and ``work`` of walls + ``fallen``, the work of gravity, −
-        ``dragged``.
+        + ``put_in`` by edits + ``heat`` and ``work`` of walls + ``fallen``, the work of gravity +
+        ``sheared``, that of a shear − ``dragged``.
 
         Examples
         --------
@@ -412,7 +412,7 @@ class Simulation:
         >>> round(booked["initial"] - booked["lost"] + booked["put_in"], 9)
         100.0
         """
-        names = ("initial", "lost", "put_in", "heat", "work", "fallen", "dragged")
+        names = ("initial", "lost", "put_in", "heat", "work", "fallen", "sheared", "dragged")
         return dict(zip(names, self._core.totals()[4]))
 
     @property
@@ -1067,6 +1067,38 @@ class Simulation:
         if pair.shape != (2,):
             raise ValueError(f"`gravity` must be two numbers [x, y], but is {pair.tolist()!r:.60}")
         self._core.set_gravity(pair.tolist())
+
+    def set_shear_rate(self, rate: float) -> None:
+        """Changes the shear rate: from now on the images above and below move along x by ± ``rate`` times
+        the height of the box. Velocities do not change.
+
+        Parameters
+        ----------
+        rate : float
+            Shear rate (1/time), 0 or of any sign; not with walls or fixed bodies.
+
+        Examples
+        --------
+        >>> import carom
+        >>> gas = {"radius": 0.02, "mass": 1, "energy": 1, "count": 100}
+        >>> sim = carom.Simulation({"gas": [gas]})
+        >>> sim.set_shear_rate(0.25)
+        >>> sim.run(until=1)
+        >>> sim.tilt
+        0.25
+        """
+        self._core.set_shear_rate(number("rate", rate))
+
+    @property
+    def tilt(self) -> float:
+        """Shift along x of the next box above (length): 0 but under shear.
+
+        Examples
+        --------
+        >>> sim.tilt
+        0.0
+        """
+        return self._core.tilt()
 
     def lock(self, which: Which = None) -> None:
         """Locks the present orientation of bodies; they stop turning.

@@ -32,6 +32,8 @@ pub(super) struct TrajectoryFrame {
     pub(super) time: f64,
     /// Sides of the box along x and y (length).
     pub(super) sides: [f64; 2],
+    /// Shift along x of the next box above (length).
+    pub(super) tilt: f64,
     /// Thickness of the box along z (length).
     pub(super) thickness: f64,
     /// Five numbers a wall: x and y of one end, x and y of the other, half the thickness (length).
@@ -166,13 +168,17 @@ impl<R: BufRead> Frames<R> {
         let needed =
             |name: &str| entry(name).with_context(|| format!("the entry {name}=… is missing"));
         let lattice = numbers(needed("Lattice")?).context("Lattice")?;
-        let [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z] = lattice[..] else {
-            bail!("Lattice: expected nine numbers of a box with sides along x, y and z");
+        let [x, 0.0, 0.0, tilt, y, 0.0, 0.0, 0.0, z] = lattice[..] else {
+            bail!(
+                "Lattice: expected nine numbers of a box with sides along x, y and z, of which the second may be \
+                 shifted along x"
+            );
         };
         for side in [x, y, z] {
             ensure!(side > 0.0, "Lattice: the side {side} is not positive");
         }
-        (frame.sides, frame.thickness) = ([x, y], z);
+        ensure!(tilt.is_finite(), "Lattice: the shift {tilt} is not finite");
+        (frame.sides, frame.tilt, frame.thickness) = ([x, y], tilt, z);
         frame.time = number(needed("Time")?).context("Time")?;
         frame.walls = entry("Walls")
             .map_or(Ok(Vec::new()), numbers)

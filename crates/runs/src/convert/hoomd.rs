@@ -130,7 +130,14 @@ fn constant(
         // A box of two dimensions has no thickness.
         (
             "configuration/box",
-            Data::F32(vec![x, y, 0.0, 0.0, 0.0, 0.0]),
+            Data::F32(vec![
+                x,
+                y,
+                0.0,
+                single(frame.tilt / frame.sides[1])?,
+                0.0,
+                0.0,
+            ]),
             1,
         ),
         ("configuration/dimensions", Data::U8(vec![2]), 1),
@@ -216,13 +223,16 @@ fn changing(frame: &TrajectoryFrame, particles: &[AtomLine]) -> Result<Vec<Chunk
     let (mut positions, mut images) = (Vec::new(), Vec::new());
     let (mut velocities, mut orientations) = (Vec::new(), Vec::new());
     for atom in particles {
-        for axis in 0..2 {
-            let (place, image) = wrapped(atom.position[axis], frame.sides[axis])?;
-            let image = image
-                .checked_add(atom.image[axis])
-                .context("more than 2³¹ boxes crossed")?;
-            positions.push(place);
-            images.push(image);
+        let [x, y] = atom.position;
+        let (up, rows) = wrapped(y, frame.sides[1])?;
+        // A tilted box is a parallelogram about the origin, which the row at height `up` shifts.
+        let shift = frame.tilt * (y / frame.sides[1] - 0.5);
+        let (across, columns) = wrapped(x - shift, frame.sides[0])?;
+        let shift = shift - f64::from(rows) * frame.tilt;
+        positions.extend([single(f64::from(across) + shift)?, up]);
+        for (boxes, crossed) in [columns, rows].into_iter().zip(atom.image) {
+            let image = boxes.checked_add(crossed);
+            images.push(image.context("more than 2³¹ boxes crossed")?);
         }
         positions.push(0.0);
         images.push(0);

@@ -19,11 +19,7 @@ pub(super) fn write(frame: &TrajectoryFrame, step: u64, out: &mut impl Write) ->
     let half = 0.5 * frame.thickness;
     writeln!(out, "ITEM: TIMESTEP\n{step}")?;
     writeln!(out, "ITEM: NUMBER OF ATOMS\n{}", frame.atoms.len())?;
-    writeln!(
-        out,
-        "ITEM: BOX BOUNDS pp pp pp\n0.0 {x:?}\n0.0 {y:?}\n{:?} {half:?}",
-        -half
-    )?;
+    writeln!(out, "{}", box_bounds([x, y], frame.tilt, half))?;
     writeln!(
         out,
         "ITEM: ATOMS id mol type x y z ix iy iz vx vy vz radius mass angle omegaz v_time"
@@ -44,4 +40,17 @@ pub(super) fn write(frame: &TrajectoryFrame, step: u64, out: &mut impl Write) ->
         )?;
     }
     Ok(())
+}
+
+/// The lines of a box with these sides, tilt and half its thickness (length). Of a tilted one LAMMPS
+/// has the bounds of the parallelogram.
+fn box_bounds([x, y]: [f64; 2], tilt: f64, half: f64) -> String {
+    let along_z = format!("{:?} {half:?}", -half);
+    if tilt == 0.0 {
+        return format!("ITEM: BOX BOUNDS pp pp pp\n0.0 {x:?}\n0.0 {y:?}\n{along_z}");
+    }
+    let (low, high) = (tilt.min(0.0), x + tilt.max(0.0));
+    format!(
+        "ITEM: BOX BOUNDS xy xz yz pp pp pp\n{low:?} {high:?} {tilt:?}\n0.0 {y:?} 0.0\n{along_z} 0.0"
+    )
 }

@@ -14,18 +14,27 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     of: Of::System,
     span: Span::Measurement,
     parameters: &[],
-    figures: &["p_xx", "p_xy", "p_yx", "p_yy"],
+    figures: &["p_xx", "p_xy", "p_yx", "p_yy", VISCOSITY, DIFFERENCE],
     start: |_| Ok(in_blocks(PressureTensor::default())),
     resume: resumed::<PressureTensor>,
 };
+
+/// Name of the viscosity −(p_xy + p_yx)/2γ, under shear.
+const VISCOSITY: &str = "shear viscosity";
+
+/// Name of p_xx − p_yy, under shear.
+const DIFFERENCE: &str = "first normal-stress difference p_xx − p_yy";
 
 /// Unit of a pressure.
 const UNIT: &str = "mass/time²";
 
 impl Measured for PressureTensor {
-    /// p_xx, p_xy, p_yx, p_yy.
+    /// p_xx, p_xy, p_yx, p_yy, the viscosity and the first normal-stress difference.
     fn sums(&self) -> Vec<[f64; 2]> {
-        self.sums()
+        let mut sums = self.sums();
+        let [xx, yy] = [sums[0], sums[3]];
+        sums.extend([self.viscosity_sum(), [xx[0] - yy[0], xx[1]]]);
+        sums
     }
 
     fn bytes_per_sample(&self) -> usize {
@@ -47,8 +56,13 @@ impl Measured for PressureTensor {
             .value("p_xy", UNIT, of(carom::observers::TensorPoint::xy))
             .value("p_yx", UNIT, of(carom::observers::TensorPoint::yx))
             .value("p_yy", UNIT, of(carom::observers::TensorPoint::yy))
-            .caption("Flux of momentum relative to the centre of mass; p_xy = 0 on average without shear.");
-        let predictions = [normal, Some(0.0), Some(0.0), normal];
+            .caption(
+                "Flux of momentum relative to the centre of mass, and to the flow under shear; p_xy = 0 on average \
+                 without shear.",
+            );
+        let is_sheared = self.viscosity_sum()[1] > 0.0;
+        let isotropic = Some(0.0).filter(|_| !is_sheared);
+        let predictions = [normal, isotropic, isotropic, normal];
         let names = ["p_xx", "p_xy", "p_yx", "p_yy"]
             .into_iter()
             .zip(predictions);
@@ -64,9 +78,16 @@ impl Measured for PressureTensor {
                     .predicted(prediction, source),
             )
         };
+        let mut figures: Vec<_> = names.zip(means).filter_map(figure).collect();
+        if let [.., viscosity, difference] = means
+            && is_sheared
+        {
+            figures.extend(context.figure(VISCOSITY, "mass/time", viscosity));
+            figures.extend(context.figure(DIFFERENCE, UNIT, difference));
+        }
         Results {
             tables: vec![table],
-            figures: names.zip(means).filter_map(figure).collect(),
+            figures,
             ..Results::default()
         }
     }

@@ -32,6 +32,21 @@ const STRAIGHT_FLIGHT: [&str; 12] = [
     "viscosity",
 ];
 
+/// Measures of bodies whose images move, or are displaced by an earlier shear.
+const SHEARED: [&str; 11] = [
+    "collision-rate",
+    "energy",
+    "events",
+    "impulses",
+    "overlap",
+    "pressure",
+    "pressure-tensor",
+    "profile",
+    "temperature",
+    "thermostat",
+    "velocities",
+];
+
 /// A measure that a scene asks for.
 #[derive(Debug, Clone)]
 pub struct Request {
@@ -224,6 +239,9 @@ pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
             request.kind.name
         );
     }
+    if stages::is_ever_sheared(scene) {
+        refuse_sheared(&requests)?;
+    }
     let of_deviations = requests
         .iter()
         .find(|request| request.kind.name == lyapunov::KIND.name);
@@ -251,6 +269,27 @@ pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
         }
     }
     Ok(requests)
+}
+
+/// Refuses the measures that take images for fixed, where a shear displaces them.
+fn refuse_sheared(requests: &[Request]) -> Result<()> {
+    for request in requests {
+        let name = request.kind.name;
+        ensure!(
+            SHEARED.contains(&name),
+            "{}: '{name}' takes images above and below for fixed, but a shear moves them: remove it, or the shear; \
+             measures under shear are {}",
+            request.entry,
+            SHEARED.join(", ")
+        );
+        let along_y = Some(&MeasureParameter::Text("y".to_owned()));
+        ensure!(
+            name != "profile" || request.given.get("axis") == along_y,
+            "{}: under shear a profile has `axis = \"y\"`: the box moves along x",
+            request.entry
+        );
+    }
+    Ok(())
 }
 
 /// Other names of measures, as in the literature and in other programs.

@@ -248,6 +248,10 @@ impl Edits<'_> {
             "gravity".clone_into(self.entry);
             self.batch.set_gravity(gravity)?;
         }
+        if let Some(rate) = spec.shear_rate {
+            "shear_rate".clone_into(self.entry);
+            self.batch.set_shear_rate(rate)?;
+        }
         if let Some(transparent) = &spec.transparent {
             "transparent".clone_into(self.entry);
             self.batch.set_transparent(transparent)?;

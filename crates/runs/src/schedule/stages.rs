@@ -59,6 +59,7 @@ pub fn check(scene: &Scene) -> Result<()> {
         }
         stage.drag_clock(&format!("stage[{index}]"))?;
         stage.gravity(&format!("stage[{index}]"))?;
+        stage.check_shear_rate(&format!("stage[{index}]"))?;
         for (number, heat) in stage.set_energy.iter().enumerate() {
             heat.rule(&format!("stage[{index}].set_energy[{number}]"))?;
         }
@@ -192,6 +193,9 @@ pub fn is_disturbed(scene: &Scene) -> Option<&'static str> {
     if moves_walls(scene) {
         return Some("walls move");
     }
+    if is_sheared(scene) {
+        return Some("the gas is sheared");
+    }
     let first = scene.stage.iter().position(|stage| stage.measure)?;
     let stages = scene.stage.iter().enumerate().skip(first);
     let mut reasons = stages.filter_map(|(index, stage)| {
@@ -223,6 +227,24 @@ pub fn falls(scene: &Scene) -> bool {
         |stage| stage.gravity,
         |gravity| gravity != [0.0; 2],
     )
+}
+
+/// Whether a shear acts in the measured part of a run.
+pub fn is_sheared(scene: &Scene) -> bool {
+    acts(
+        scene,
+        scene.bounds.shear_rate,
+        |stage| stage.shear_rate,
+        |rate| rate != 0.0,
+    )
+}
+
+/// Whether a shear has acted before the end of a run: images are then displaced.
+pub fn is_ever_sheared(scene: &Scene) -> bool {
+    let of_stages = scene.stage.iter().filter_map(|stage| stage.shear_rate);
+    of_stages
+        .chain([scene.bounds.shear_rate])
+        .any(|rate| rate != 0.0)
 }
 
 /// Whether an elasticity of which this holds rules contacts in the measured part of a run.
@@ -475,6 +497,7 @@ fn thermostat_words(thermostat: &ThermostatSpec) -> String {
         ThermostatKind::Active => format!("{tag} (self-propulsion)"),
         ThermostatKind::Rotate => format!("{tag} (random directions)"),
         ThermostatKind::Kick => format!("{tag} (kicks)"),
+        ThermostatKind::Rescale => format!("{tag} to {to} (one factor for all)"),
     }
 }
 
