@@ -2,13 +2,18 @@
 //! pairs in all images, energy, reversal and resuming.
 
 use carom_detection::Exact;
-use carom_engine::{CellScheduler, Scene, Simulation};
+use carom_engine::{
+    CellScheduler, CellsPerSide, DrawKey, HeapScheduler, Observer, Scene, Simulation,
+    ThermostatRule,
+};
+use carom_observers::PressureTensor;
 use carom_response::Impact;
 use glam::DVec2;
+use proptest::prelude::*;
 
 use crate::{
     own_scheduler::AllPairs,
-    support::{frozen, simulate},
+    support::{frozen, property::cases, simulate},
 };
 
 /// Gases of discs, of discs of two sizes, of molecules, and of rough and inelastic discs.
@@ -92,10 +97,15 @@ fn contacts_through_the_seam_are_those_of_all_pairs() {
     for (gas, rate) in GASES.into_iter().zip([0.7, -1.1, 2.3, 0.4, 0.9]) {
         let scene = sheared(rate, [1.0, 1.25], gas);
         let mut cells = Simulation::<Exact, Impact, CellScheduler>::new(&scene).unwrap();
+        let mut heap: Simulation<Exact, Impact, HeapScheduler> =
+            simulate(&scene, &CellsPerSide::Automatic);
         let mut all: Simulation<Exact, Impact, AllPairs> = simulate(&scene, &());
         let until = 0.15;
         cells.run_until(until).unwrap();
+        heap.run_until(until).unwrap();
         all.run_until(until).unwrap();
+        let sheared = [cells.view(), heap.view()].map(|view| view.ledger().sheared);
+        assert!((sheared[0] - sheared[1]).abs() < 1e-6 && sheared[0] != 0.0);
         let (cells, all) = (cells.view(), all.view());
         assert_eq!(
             cells.counters().collisions,
@@ -187,6 +197,39 @@ fn a_shear_that_ends_leaves_its_tilt() {
     assert!((view.energy() / energy - 1.0).abs() < 1e-13);
 }
 
+/// In the mean the work at the seam is −γ A p_xy with the stress of the contacts and velocities
+/// anywhere in the box: of inelastic dumbbells, in a stationary state.
+#[test]
+fn the_work_of_the_shear_is_that_of_the_stress() {
+    let gas = "[[gas]]\nshape = \"dumbbell\"\natom_radius = 0.03\natom_mass = 1.0\nenergy = 2.0\n\
+        count = 60\n[elasticity]\ndefault = 0.9";
+    let rate = 1.5;
+    let mut simulation = Simulation::new(&sheared(rate, [1.0, 1.0], gas)).unwrap();
+    simulation.run_until(10.0).unwrap();
+    let mut tensor = PressureTensor::default();
+    tensor.start(&simulation.view());
+    let before = simulation.view().ledger();
+    for step in 1..=2000 {
+        let time = 10.0 + 0.02 * f64::from(step);
+        simulation.observe_until(time, &mut tensor).unwrap();
+        tensor.sample(&simulation.view());
+    }
+    let after = simulation.view().ledger();
+    let [stress, sheared] = tensor.viscosity_sum();
+    assert!((sheared - 40.0 * rate).abs() < 1e-9);
+    // Of a box of area 1.
+    let (work, by_stress) = (after.sheared - before.sheared, rate * stress);
+    assert!(work > 20.0 * simulation.view().energy());
+    assert!((work / by_stress - 1.0).abs() < 0.01, "{work} {by_stress}");
+    let lost = after.lost - before.lost;
+    assert!((lost / work - 1.0).abs() < 0.05, "{lost} {work}");
+    let sums = tensor.sums();
+    assert!(
+        sums[0][0] > sums[3][0],
+        "p_xx is larger than p_yy: {sums:?}"
+    );
+}
+
 #[test]
 fn what_stands_still_cannot_be_sheared() {
     for text in [
@@ -199,5 +242,35 @@ fn what_stands_still_cannot_be_sheared() {
             words.contains("its images above and below would move"),
             "{words}"
         );
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(24))]
+    /// Any rate, box and gas, with changes of the rate and of the temperature on the way.
+    #[test]
+    fn any_shear_keeps_all_invariants(
+        gas in 0..GASES.len(),
+        rates in prop::array::uniform3(-4.0..4.0f64),
+        width in 0.8..2.5f64,
+        height in 0.8..2.5f64,
+        temperature in 0.1..3.0f64,
+        times in prop::array::uniform3(0.01..0.4f64),
+    ) {
+        let tagged = GASES[gas].replace("[[gas]]", "[[gas]]\ntags = [\"gas\"]");
+        let scene = sheared(rates[0], [width, height], &tagged);
+        let mut simulation = Simulation::new(&scene).unwrap();
+        let bodies = simulation.find_tag("gas").unwrap();
+        for (action, (rate, time)) in (0..).zip(rates.into_iter().zip(times)) {
+            simulation.set_shear_rate(rate).unwrap();
+            simulation.run_until(simulation.time().to_f64() + time).unwrap();
+            simulation.check_invariants(0.02).unwrap();
+            let key = DrawKey { seed: 1, replica: 0, action };
+            let rule = ThermostatRule::Rescale(temperature);
+            simulation.edit(|batch| batch.thermostat(bodies, &rule, key)).unwrap();
+            let now = simulation.view().temperature().unwrap();
+            prop_assert!((now / temperature - 1.0).abs() < 1e-12);
+            simulation.check_invariants(0.02).unwrap();
+        }
     }
 }

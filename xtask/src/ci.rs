@@ -5,6 +5,7 @@ use std::{
     io::{BufRead as _, BufReader, Write as _},
     path::{Path, PathBuf},
     process::{Command, Stdio},
+    time::Instant,
 };
 
 use anyhow::{Context, Result};
@@ -105,10 +106,12 @@ impl Steps<'_> {
 
     fn passes(&self, line: &str) -> Result<bool> {
         print_line(&format!("ci: {line}"));
+        let begun = Instant::now();
         let status = self
             .shell(line)
             .status()
             .with_context(|| format!("cannot start `{line}`"))?;
+        print_line(&format!("ci: {:.0} s", begun.elapsed().as_secs_f64()));
         if !status.success() {
             print_line(&format!("ci: FAILED: `{line}`: {status}"));
         }
@@ -119,6 +122,7 @@ impl Steps<'_> {
     /// test program.
     fn tests(&self, line: &str) -> Result<Verdict> {
         print_line(&format!("ci: {line}"));
+        let begun = Instant::now();
         let mut tests = self
             .shell(line)
             .stdout(Stdio::piped())
@@ -146,6 +150,7 @@ impl Steps<'_> {
         for line in &skipped {
             print_line(line);
         }
+        print_line(&format!("ci: {:.0} s", begun.elapsed().as_secs_f64()));
         print_line(&sum.line(status.success(), skipped.len()));
         Ok(if status.success() {
             Verdict::Passed

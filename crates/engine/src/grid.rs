@@ -9,7 +9,7 @@ use crate::{
     scene::error::GridError,
     world::{
         World,
-        pistons::first_passage,
+        shear::Seam,
         wall::{StandingWall, cells_about, folded, place_during},
     },
 };
@@ -46,9 +46,8 @@ pub struct Grid {
     side: DVec2,
     cells: Vec<SmallVec<[u32; 6]>>,
     place: Vec<[i32; 2]>,
-    /// Slope of the cells at the start of the epoch and its rate of change (1/time), under shear:
-    /// the cells are at rest in x − slope y.
-    skew: Option<[f64; 2]>,
+    /// The seam of a sheared box, with which the cells shear.
+    seam: Option<Seam>,
     /// The walls that a body in each cell may touch, with the images in which they appear; empty if
     /// there are no walls.
     walls: Vec<NearWalls>,
@@ -206,16 +205,13 @@ impl Grid {
         self.cells.iter_mut().for_each(SmallVec::clear);
         self.cells.resize_with(total, SmallVec::new);
         self.place.clear();
-        let slope = world.bounds().tilt() / sides.y;
-        self.skew = world.is_sheared().then_some([slope, world.shear_rate]);
+        self.seam = world.seam();
         for (index, motion) in motions.iter_mut().enumerate() {
             let mut across = motion.position.x;
-            if self.skew.is_some() {
-                // The image in the parallelogram that the cells cover.
-                let boxes = ((across - slope * motion.position.y) / sides.x).floor();
-                motion.position.x -= boxes * sides.x;
-                windings[index][0] += boxes as i64;
-                across = motion.position.x - slope * motion.position.y;
+            if let Some(seam) = &self.seam {
+                let boxes;
+                (across, boxes) = seam.enter_cells(motion);
+                windings[index][0] += boxes;
             }
             let cell = |x: f64, side: f64, count: i32| ((x / side) as i32).clamp(0, count - 1);
             let place = [
@@ -231,25 +227,9 @@ impl Grid {
         self.list_walls(world, limit);
     }
 
-    /// Whether the cells shear.
-    pub fn is_skewed(&self) -> bool {
-        self.skew.is_some()
-    }
-
-    /// In cells that shear: the time from `now` (offset in the epoch) until a body leaves its cell
-    /// through one of the `borders` across x − slope y, and the direction in which it does; `None`
-    /// if it does not, and in cells that do not shear.
-    pub fn time_across(&self, motion: &Motion, borders: [f64; 2], now: f64) -> Option<(f64, i32)> {
-        let [slope, rate] = self.skew?;
-        let slope = slope + rate * now;
-        let place = motion.position_at(now);
-        let across = place.x - slope * place.y;
-        let velocity = (motion.velocity.x - slope * motion.velocity.y) - rate * place.y;
-        let acceleration = -2.0 * (rate * motion.velocity.y);
-        let up = first_passage(borders[1] - across, velocity, acceleration);
-        let down = first_passage(across - borders[0], -velocity, -acceleration);
-        let soonest = if down < up { (down, -1) } else { (up, 1) };
-        (soonest.0 < f64::INFINITY).then_some(soonest)
+    /// The seam of a sheared box.
+    pub fn seam(&self) -> Option<&Seam> {
+        self.seam.as_ref()
     }
 
     /// Lists each wall but pistons, and each other fixed body that is driven, in every cell that

@@ -584,7 +584,7 @@ impl HeapScheduler {
         let motion = &self.motions[body as usize];
         let place = self.grid.place(body);
         let (near, far) = (self.grid.corner(place), self.grid.far_corner(place));
-        let sideways = self.grid.time_across(motion, [near.x, far.x], now);
+        let seam = self.grid.seam();
         let mut soonest = (
             f64::INFINITY,
             CellStep {
@@ -592,11 +592,12 @@ impl HeapScheduler {
                 direction: 0,
             },
         );
-        if let Some((time, direction)) = sideways {
+        if let Some(seam) = seam {
+            let (time, direction) = seam.time_across(motion, [near.x, far.x], now);
             let axis = 0;
             soonest = (now + time, CellStep { axis, direction });
         }
-        for axis in usize::from(self.grid.is_skewed())..2 {
+        for axis in usize::from(seam.is_some())..2 {
             let velocity = motion.velocity[axis];
             // A velocity of exactly 0 never crosses; 0/0 and 1/−0 must not be formed.
             if velocity == 0.0 {

@@ -197,6 +197,8 @@ pub enum TileUse {
     Pistons,
     /// Bodies fall, so that fixed bodies move in their frame.
     Gravity,
+    /// Images above and below move, so that the cells across the seam slide.
+    Shear,
     /// Rules for pairs of tags affect bodies ([`TransparentSpec`](crate::TransparentSpec),
     /// [`DiameterSpec`](crate::DiameterSpec)), of which tiles know nothing.
     PairRules,
@@ -219,6 +221,7 @@ impl fmt::Display for TileUse {
             Self::ThermalWalls => "a wall has a temperature",
             Self::MovingWalls => "a wall moves",
             Self::Gravity => "bodies fall",
+            Self::Shear => "the box is sheared",
             Self::Pistons => "a piston moves",
             Self::PairRules => "rules for pairs of tags",
             Self::Dilute => "a dilute gas",

@@ -72,7 +72,12 @@ impl CellGrid {
         // The search among molecules takes the radii as they are: discs with a factor on their
         // contact distance live in cells of discs.
         let by_diameter = by_pair && world.pairs.has_diameters() && discs > 0;
-        let holds_molecules = moving().count() > 2 * discs && !by_diameter;
+        // Under shear the search among molecules is the one that knows of images that move.
+        let is_sheared = world.is_sheared();
+        if is_sheared && by_diameter {
+            return None;
+        }
+        let holds_molecules = is_sheared || moving().count() > 2 * discs && !by_diameter;
         let mut radii: Vec<f64> = moving()
             .filter(|body| holds_molecules || body.kind.molecule.is_disc())
             .map(|b| b.molecule().bounding_radius())
@@ -85,6 +90,10 @@ impl CellGrid {
                 .find(|&&radius| radius <= SMALL_IN_MEDIANS * median);
             small.copied().unwrap_or(*median)
         });
+        let largest_small = match radii.last() {
+            Some(largest) if is_sheared => *largest,
+            _ => largest_small,
+        };
         let factor = world.pairs.largest_factor();
         let longest = if largest_small > 0.0 {
             factor * (2.0 * largest_small)
@@ -123,7 +132,7 @@ impl CellGrid {
                 .max(3.min(fitting))
                 .min(u32::from(u16::MAX))
         };
-        grid.counts = [count(sides.x), count(sides.y)];
+        grid.counts = [count(sides.x / world.stretch_of_cells()), count(sides.y)];
         grid.side = sides / DVec2::from_array(grid.counts.map(f64::from));
         grid.counts.iter().all(|&count| count >= 3).then_some(grid)
     }

@@ -165,6 +165,9 @@ impl CellState {
                     self.calendar.schedule(&self.records, body, time);
                     continue;
                 }
+                if self.seam.is_some() {
+                    self.book_seam(world, body, kind);
+                }
                 self.cross(kernel, body, kind);
             } else if kind == RecordKind::Shell {
                 if self.multi_cell.is_fixed(body) {

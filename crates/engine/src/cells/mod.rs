@@ -139,8 +139,7 @@ use crate::{
 ///
 /// The source of its module has the design and a proof that no contact is missed. [`HeapScheduler`]
 /// runs a box too small for three cells a side, because it searches every image. It also runs a
-/// single moving body among fixed ones, for which neighbour lists of moving bodies do not pay, and
-/// bodies under shear.
+/// single moving body among fixed ones, for which neighbour lists of moving bodies do not pay.
 #[doc(alias = "Cells")]
 #[doc(alias = "cell lists")]
 #[derive(Debug, Clone)]
@@ -178,6 +177,7 @@ impl Cells {
             CellContents::DiluteDiscs => Some(TileUse::Dilute),
             _ if world.pairs.is_active() => Some(TileUse::PairRules),
             _ if world.has_thermal_walls => Some(TileUse::ThermalWalls),
+            _ if world.is_sheared() => Some(TileUse::Shear),
             _ if world.pistons().next().is_some() => Some(TileUse::Pistons),
             _ if world.has_gravity() => Some(TileUse::Gravity),
             _ if world.moves_walls() => Some(TileUse::MovingWalls),
@@ -290,8 +290,11 @@ impl Cells {
     fn store(&self, state: &mut StoredMotions<'_>) {
         match &self.tiles {
             Some(tiles) if self.in_tiles => tiles.store(state),
-            _ => (0..self.whole.windings.len() as u32)
-                .for_each(|body| self.whole.store_body(state, body)),
+            _ => {
+                state.set_work_of_shear(self.whole.work_of_shear);
+                (0..self.whole.windings.len() as u32)
+                    .for_each(|body| self.whole.store_body(state, body));
+            }
         }
     }
 
@@ -323,7 +326,7 @@ impl Scheduler for CellScheduler {
     fn new(instructions: &Instructions, world: &World) -> Result<Self, GridError> {
         // Also rejects a box in which a molecule can touch its own image.
         Grid::counts_for(world, CellsPerSide::Given(1))?;
-        let grid = if world.is_billiard() || world.is_sheared() {
+        let grid = if world.is_billiard() {
             None
         } else {
             CellGrid::new(world)
@@ -430,6 +433,7 @@ impl Scheduler for CellScheduler {
                 let Some(wrapped) = cells.whole.wrapped.take() else {
                     return cells.store(state);
                 };
+                state.set_work_of_shear(cells.whole.work_of_shear);
                 wrapped
                     .iter()
                     .chain(contact)

@@ -6,7 +6,7 @@
 //! those that it cannot touch before it leaves its cell. The remaining few are searched in the
 //! order of their bounds, each up to the earliest event found so far.
 
-use carom_detection::{Detection, QueryBody};
+use carom_detection::{DISC_LANES, Detection, DiscLanes, QueryBody};
 
 use super::{
     dispatch::dispatched,
@@ -36,13 +36,21 @@ impl<F: CellFrame> CellState<F> {
         candidates.clear();
         let query = self.query(body, now);
         let list = self.neighbour_lists.list(query.from.cell());
-        let (crossing_time, crossing) = self.crossing(query.from, now);
+        let (crossing_time, crossing) = match &self.seam {
+            Some(seam) => self.crossing_under_shear(seam, body, now),
+            None => self.crossing(query.from, now),
+        };
+        let slides = self.seam.is_some() && list.at_border;
         let mut best = EarliestEvent::before(crossing_time, crossing);
         let covered = list.is_covered().then_some(list.cell);
         let outline = self.molecule(world, body).outline();
         let query_body = QueryBody::new(outline, &self.molecules.motions[body as usize], now);
         list.for_each_slots8(|slots| {
-            let lanes = kernel.lanes(&query, slots, list.at_border);
+            let lanes = if slides {
+                self.lanes_of_slots(body, slots, now)
+            } else {
+                kernel.lanes(&query, slots, list.at_border)
+            };
             let times = detection.contact_time_lower_bounds(&query_body, &lanes, best.time - now);
             candidates.sift(
                 times,
@@ -72,5 +80,15 @@ impl<F: CellFrame> CellState<F> {
         if let Some(cell) = covered {
             self.search_covered_cell(world, detection, body, cell, now, except);
         }
+    }
+
+    /// The bodies in slots as seen from one, through sides of the box that may slide.
+    #[cold]
+    fn lanes_of_slots(&self, body: u32, slots: &[u32; DISC_LANES], now: f64) -> DiscLanes {
+        let listed = slots.map(|slot| Listed {
+            index: slot & INDEX_MASK,
+            image: image_of(slot),
+        });
+        self.lanes(body, &listed, now)
     }
 }

@@ -3,6 +3,8 @@
 //! A state is a workspace: nothing outside it is written during an epoch, so any number of states
 //! can work side by side.
 
+use std::borrow::Cow;
+
 use carom_geometry::Molecule;
 use carom_kinematics::Motion;
 use glam::DVec2;
@@ -23,7 +25,7 @@ use super::{
 };
 use crate::{
     scheduler::{StoredMotions, separation_error},
-    world::{World, counters::SchedulerCounters, wrapped::Wrapped},
+    world::{World, counters::SchedulerCounters, shear::Seam, wrapped::Wrapped},
 };
 
 /// Constants of an epoch, which all workspaces of a system share.
@@ -83,6 +85,10 @@ pub(super) struct CellState<F: CellFrame = WholeBox> {
     pub(super) inverse_mass: Option<f64>,
     /// Whether the detector decides all contacts of discs, not the closed form.
     pub(super) asks_detector: bool,
+    /// The seam of a sheared box.
+    pub(super) seam: Option<Seam>,
+    /// Work of the shear so far, where bodies passed through the seam.
+    pub(super) work_of_shear: f64,
     pub(super) done: SchedulerCounters,
 }
 
@@ -107,6 +113,8 @@ impl<F: CellFrame> CellState<F> {
             pair_constants: None,
             inverse_mass: None,
             asks_detector: false,
+            seam: None,
+            work_of_shear: 0.0,
             done: SchedulerCounters::default(),
         }
     }
@@ -123,11 +131,22 @@ impl<F: CellFrame> CellState<F> {
                 .map(|winding| winding.map(|boxes| boxes as i16)),
         );
         self.wrapped.start(world.bodies().len());
+        (self.seam, self.work_of_shear) = (world.seam(), world.work_of_shear());
+        let mut motions = Cow::Borrowed(world.motions());
+        let mut columns = Vec::new();
+        if let Some(seam) = self.seam {
+            for (motion, winding) in motions.to_mut().iter_mut().zip(&mut self.windings) {
+                let (across, boxes) = seam.enter_cells(motion);
+                winding[0] = winding[0].wrapping_add(boxes as i16);
+                columns.push(across);
+            }
+        }
         self.records.clear();
         self.records.reserve_exact(world.bodies().len() + 1);
-        for (body, motion) in world.bodies().iter().zip(world.motions()) {
+        for (index, (body, motion)) in world.bodies().iter().zip(motions.iter()).enumerate() {
             let mut record = BodyRecord::new(motion, body.kind.molecule.bounding_radius());
-            record.set_cell(self.grid.cell_of(motion.position));
+            let across = columns.get(index).copied().unwrap_or(motion.position.x);
+            record.set_cell(self.grid.cell_of(DVec2::new(across, motion.position.y)));
             self.records.push(record);
         }
         let bodies = self.records.len();
@@ -146,7 +165,7 @@ impl<F: CellFrame> CellState<F> {
             self.list_discs(|body| !grid.is_multi_cell(&world.bodies()[body]));
         }
         if self.grid.keeps_motions() {
-            self.molecules.take_over(world.motions());
+            self.molecules.take_over(&motions);
         }
         if self.grid.holds_molecules() {
             self.multi_cell.expect_contacts(bodies);
@@ -397,6 +416,45 @@ impl<F: CellFrame> CellState<F> {
         (if time > now { time } else { now }, kind)
     }
 
+    /// Variant of [`Self::crossing`] in cells that shear.
+    pub(super) fn crossing_under_shear(
+        &self,
+        seam: &Seam,
+        body: u32,
+        now: f64,
+    ) -> (f64, RecordKind) {
+        let (record, motion) = (&self.records[body as usize], self.motion(body));
+        let side = self.grid.side();
+        let [column, row] = record.cell().map(f64::from);
+        let across = [column * side.x, (column + 1.0) * side.x];
+        let (sideways, direction) = seam.time_across(&motion, across, now);
+        let sideways = (
+            now + sideways,
+            RecordKind::crossing(0, u32::from(direction < 0)),
+        );
+        let goes_down = motion.velocity.y < 0.0;
+        if motion.velocity.y == 0.0 {
+            return sideways;
+        }
+        let border = (if goes_down { row } else { row + 1.0 }) * side.y;
+        let time = motion.time + (border - motion.position.y) / motion.velocity.y;
+        if time < sideways.0 {
+            (time.max(now), RecordKind::crossing(1, goes_down.into()))
+        } else {
+            sideways
+        }
+    }
+
+    /// Adds the energy that a body gains if this crossing takes it through the seam.
+    pub(super) fn book_seam(&mut self, world: &World, body: u32, kind: RecordKind) {
+        let (axis, direction) = kind.direction();
+        let row = self.records[body as usize].cell_along(1);
+        if axis == 1 && self.grid.next(row, 1, direction).is_none() {
+            let (_, gained) = world.pass_seam(body, &self.motion(body), direction);
+            self.work_of_shear += gained;
+        }
+    }
+
     /// Wraps a disc that crosses the border of the box to the other side.
     pub(super) fn wrap_place(&mut self, disc: u32, axis: usize, direction: i32) {
         let record = &mut self.records[disc as usize];
@@ -419,7 +477,10 @@ impl<F: CellFrame> CellState<F> {
     #[inline]
     pub(super) fn wrap_motion(&mut self, body: u32, axis: usize, direction: i32) {
         if let Some(motion) = self.molecules.motions.get_mut(body as usize) {
-            motion.position[axis] -= f64::from(direction) * self.sides[axis];
+            match self.seam {
+                Some(seam) if axis == 1 => *motion = seam.brought_back(motion, direction),
+                _ => motion.position[axis] -= f64::from(direction) * self.sides[axis],
+            }
             self.records[body as usize].set_motion(motion);
         }
     }

@@ -24,7 +24,7 @@ use carom_geometry::PeriodicBox;
 use carom_kinematics::{Motion, kinetic_energy};
 use glam::DVec2;
 
-use crate::world::{World, body::Body, contact_event::ContactEvent};
+use crate::world::{World, body::Body, contact_event::ContactEvent, pistons::first_passage};
 
 /// Largest change of the slope of the cells in an epoch. Smaller: more epochs. Larger: longer cells.
 const MAX_SHEAR_OF_EPOCH: f64 = 0.5;
@@ -75,6 +75,15 @@ impl World {
         DVec2::new(self.shear_rate * (place.y - middle), 0.0)
     }
 
+    /// The seam of a sheared box; `None` without a shear.
+    pub(crate) fn seam(&self) -> Option<Seam> {
+        self.is_sheared().then(|| Seam {
+            tilt: self.bounds.tilt(),
+            speed: self.speed_of_images(),
+            sides: self.bounds.sides(),
+        })
+    }
+
     /// The work of the shear that the ledger does not hold yet, at the start of the epoch (mass ×
     /// length² / time²). A scheduler adds that of [`Self::pass_seam`] and stores it by
     /// [`StoredMotions::set_work_of_shear`](crate::scheduler::StoredMotions::set_work_of_shear).
@@ -86,12 +95,12 @@ impl World {
     /// lower one (−1) and is seen in the box again, and the energy that it gains thereby (mass ×
     /// length² / time²).
     pub fn pass_seam(&self, body: u32, motion: &Motion, rows: i32) -> (Motion, f64) {
-        let image = [0, rows.into()];
-        let after = Motion {
-            position: motion.position - self.bounds_at(motion.time).shift(image),
-            velocity: motion.velocity - self.image_velocity(image),
-            ..*motion
+        let Some(seam) = self.seam() else {
+            let mut after = *motion;
+            after.position.y -= f64::from(rows) * self.bounds.sides().y;
+            return (after, 0.0);
         };
+        let after = seam.brought_back(motion, rows);
         let gained = Self::gained(&self.bodies[body as usize], motion, &after);
         (after, gained)
     }
@@ -151,5 +160,70 @@ impl World {
             let flow = self.flow_at(self.motions[index].position);
             self.motions[index].velocity += times * flow;
         }
+    }
+}
+
+/// The upper and lower side of a sheared box in an epoch, and the cells that shear with it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Seam {
+    /// Shift along x of the next box above at the start of the epoch (length), and its speed.
+    tilt: f64,
+    speed: f64,
+    sides: DVec2,
+}
+
+impl Seam {
+    /// The shift of an image at the start of the epoch (length), and its velocity.
+    #[inline]
+    pub(crate) fn shift(&self, [across, up]: [i32; 2]) -> [DVec2; 2] {
+        let rows = f64::from(up);
+        let place = DVec2::new(
+            f64::from(across) * self.sides.x + rows * self.tilt,
+            rows * self.sides.y,
+        );
+        [place, DVec2::new(rows * self.speed, 0.0)]
+    }
+
+    /// The motion in the box of a body that is `rows` boxes above it.
+    pub(crate) fn brought_back(&self, motion: &Motion, rows: i32) -> Motion {
+        let [shift, velocity] = self.shift([0, rows]);
+        Motion {
+            position: motion.position - (shift + velocity * motion.time),
+            velocity: motion.velocity - velocity,
+            ..*motion
+        }
+    }
+
+    /// Speed of the images (length per time).
+    #[inline]
+    pub(crate) fn speed(&self) -> f64 {
+        self.speed.abs()
+    }
+
+    /// Takes a motion at the start of the epoch to the image in the parallelogram that the cells
+    /// cover. Returns x − slope y there, from 0 to the side (length), and the number of boxes by
+    /// which it has moved.
+    pub(crate) fn enter_cells(&self, motion: &mut Motion) -> (f64, i64) {
+        let slope = self.tilt / self.sides.y;
+        let across = motion.position.x - slope * motion.position.y;
+        let boxes = (across / self.sides.x).floor();
+        motion.position.x -= boxes * self.sides.x;
+        let across = motion.position.x - slope * motion.position.y;
+        (across.max(0.0), boxes as i64)
+    }
+
+    /// The time from `now` (offset in the epoch) until a body leaves its cell through one of the
+    /// `borders` across x − slope y (length), and the direction in which it does; infinite if it
+    /// does not.
+    pub(crate) fn time_across(&self, motion: &Motion, borders: [f64; 2], now: f64) -> (f64, i32) {
+        let rate = self.speed / self.sides.y;
+        let slope = self.tilt / self.sides.y + rate * now;
+        let place = motion.position_at(now);
+        let across = place.x - slope * place.y;
+        let velocity = (motion.velocity.x - slope * motion.velocity.y) - rate * place.y;
+        let acceleration = -2.0 * (rate * motion.velocity.y);
+        let up = first_passage(borders[1] - across, velocity, acceleration);
+        let down = first_passage(across - borders[0], -velocity, -acceleration);
+        if down < up { (down, -1) } else { (up, 1) }
     }
 }

@@ -14,7 +14,7 @@ use crate::{
         state::CellState,
     },
     scheduler::{ContactEvent, ordered},
-    world::World,
+    world::{World, shear::Seam},
 };
 
 /// The earliest event found so far for a body.
@@ -201,7 +201,7 @@ impl<F: CellFrame> CellState<F> {
 
     /// Up to `N` bodies as seen from one, as discs of their bounding radii.
     #[inline(always)]
-    pub(super) fn lanes<const N: usize>(
+    pub(in crate::cells) fn lanes<const N: usize>(
         &self,
         body: u32,
         others: &[Listed],
@@ -216,18 +216,26 @@ impl<F: CellFrame> CellState<F> {
             cross: [0.0; N],
             contact_distance: [0.0; N],
             separation_error: self.separation_error,
-            speed: own.flight[2].abs() + own.flight[3].abs(),
+            speed: own.flight[2].abs()
+                + own.flight[3].abs()
+                + self.seam.as_ref().map_or(0.0, Seam::speed),
         };
         for lane in 0..N {
             let listed = others.get(lane);
             let record = listed.map_or(&dummy, |listed| &self.records[listed.index as usize]);
             let image = listed.map_or([0; 2], |listed| listed.image);
-            let shift = DVec2::from_array([0, 1].map(|axis| f64::from(image[axis]) * sides[axis]));
+            let (shift, faster) = match &self.seam {
+                None => {
+                    let shift = [0, 1].map(|axis| f64::from(image[axis]) * sides[axis]);
+                    (DVec2::from_array(shift), DVec2::ZERO)
+                }
+                Some(seam) => seam.shift(image).into(),
+            };
             let start = record.origin() - own.origin() + shift;
             lanes.set_since(
                 lane,
                 start,
-                record.velocity() - own.velocity(),
+                record.velocity() - own.velocity() + faster,
                 now,
                 record.radius() + own.radius(),
             );
