@@ -67,9 +67,9 @@ pub use carom_engine::{
 pub use carom_geometry::{Atom, Molecule, PeriodicBox, Shape};
 pub use carom_kinematics::{EpochTime, Motion, Orientation};
 pub use carom_observers::{
-    BodyFrameDiffusion, BondOrderCorrelation, CollisionRate, ContactDensity, CurrentCorrelation,
-    DirectionHistogram, Disclinations, DistinctVanHove, EnergyLedger, FreePaths, Group,
-    HelfandMoment, HexaticOrder, IntermediateScattering, OrientationCorrelation,
+    BodyFrameDiffusion, BondOrderCorrelation, BondOrderRelaxation, CollisionRate, ContactDensity,
+    CurrentCorrelation, DirectionHistogram, Disclinations, DistinctVanHove, EnergyLedger,
+    FreePaths, Group, HelfandMoment, HexaticOrder, IntermediateScattering, OrientationCorrelation,
     OrientationalOrder, OverlapCheck, PairDistribution, Pressure, PressureTensor,
     ProjectionHistogram, RunningAverage, SelfVanHove, StructuralRelaxation, StructureFactor,
     StructureFactorMap, Subscriptions, TemperatureByTag, ThermostatLedger, TimeCorrelation,

@@ -49,6 +49,7 @@
 //! | currents correlated in time: C_L(k, t), C_T(k, t) | [`CurrentCorrelation`] | samples |
 //! | bond orientation: ψₙ | [`HexaticOrder`] | samples |
 //! | bond orientation of two bodies by their distance: g₆(r) | [`BondOrderCorrelation`] | samples |
+//! | bond orientation of a body against the lag: G₆(t) | [`BondOrderRelaxation`] | samples |
 //! | disclinations: bodies without six neighbours | [`Disclinations`] | samples |
 //! | clusters of bodies nearer than a gap, percolation | [`Clusters`] | samples |
 //! | areas of the Voronoi cells and their neighbours | [`VoronoiCells`] | samples |
@@ -79,6 +80,7 @@
 mod body_frame;
 mod body_frame_diffusion;
 mod bond_order_correlation;
+mod bond_order_relaxation;
 mod cell_list;
 mod clusters;
 mod coarse_atoms;
@@ -149,6 +151,7 @@ mod wave_vectors;
 
 pub use body_frame_diffusion::{BodyFrameDiffusion, BodyFramePoint};
 pub use bond_order_correlation::{BondOrderCorrelation, BondOrderPoint};
+pub use bond_order_relaxation::{BondOrderLag, BondOrderRelaxation};
 pub use clusters::{ClusterPoint, Clusters};
 pub use collision_rate::{CollisionRate, RatePoint};
 pub use contact_density::{ContactDensity, ContactPoint};

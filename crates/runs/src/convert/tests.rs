@@ -164,6 +164,51 @@ fn gsd_holds_the_atoms_in_a_box_about_the_origin() {
     }
 }
 
+/// A box that a shear has tilted: each atom with its image is where it was.
+#[test]
+fn a_tilted_box_keeps_its_tilt() {
+    let tilted = |tilt: &str| HEAD.replacen("2.0 0.0 0.0 0.0", &format!("2.0 0.0 0.0 {tilt}"), 1);
+    let atoms = "H 0.1 0.9 0.0 0.0 0.0 0.0 7 0 0.1 0.0 0.0 1.5 0 -3 2 0\n\
+        H 1.9 0.1 0.0 0.0 0.0 0.0 8 0 0.1 0.0 0.0 1.5 0 0 0 0\n";
+    let frame = |tilt: &str, time: &str| format!("2\n{} Time={time}\n{atoms}", tilted(tilt));
+    let text = frame("0.5", "0.0") + &frame("-0.75", "0.1");
+    let lines = String::from_utf8(converted(&text, "out.lammpstrj").unwrap()).unwrap();
+    for bounds in [
+        "ITEM: BOX BOUNDS xy xz yz pp pp pp\n0.0 2.5 0.5\n0.0 1.0 0.0\n-0.1 0.1 0.0\n",
+        "ITEM: BOX BOUNDS xy xz yz pp pp pp\n-0.75 2.0 -0.75\n0.0 1.0 0.0\n-0.1 0.1 0.0\n",
+    ] {
+        assert!(lines.contains(bounds), "{lines}");
+    }
+    let chunks = chunks(&converted(&text, "out.gsd").unwrap());
+    for (frame, tilt) in [(0, 0.5_f32), (1, -0.75)] {
+        assert_eq!(
+            floats(&chunks, frame, "configuration/box"),
+            [2.0, 1.0, 0.0, tilt, 0.0, 0.0]
+        );
+        let places = floats(&chunks, frame, "particles/position");
+        let images = integers(&chunks, frame, "particles/image");
+        for (atom, (place, expected)) in places
+            .chunks(3)
+            .zip([[0.1 - 6.0 + 2.0 * tilt, 2.9], [1.9, 0.1]])
+            .enumerate()
+        {
+            // Within the parallelogram about the origin.
+            assert!((place[0] - tilt * place[1]).abs() <= 1.0 && place[1].abs() <= 0.5);
+            let [columns, rows] = [0, 1].map(|axis| images[3 * atom + axis] as f32);
+            let found = [
+                place[0] + 1.0 + 2.0 * columns + tilt * (rows + 0.5),
+                place[1] + 0.5 + rows,
+            ];
+            for axis in 0..2 {
+                // The origin of GSD is the middle of the parallelogram.
+                let shift = if axis == 0 { 0.5 * tilt } else { 0.0 };
+                let off = found[axis] - shift - expected[axis];
+                assert!(off.abs() < 1e-5, "{frame} {atom}: {found:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_frame_of_another_number_of_atoms_is_whole() {
     let one =

@@ -7,6 +7,7 @@
 mod billiard;
 mod body_frame_diffusion;
 mod bond_order_correlation;
+mod bond_order_relaxation;
 mod clusters;
 mod collision_rate;
 mod contact_density;
@@ -94,7 +95,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 49] = [
+pub const KINDS: [MeasureKind; 50] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -116,6 +117,7 @@ pub const KINDS: [MeasureKind; 49] = [
     currents::KIND,
     hexatic_order::KIND,
     bond_order_correlation::KIND,
+    bond_order_relaxation::KIND,
     k_atic::NEMATIC,
     k_atic::TETRATIC,
     k_atic::K_ATIC,

@@ -293,7 +293,7 @@ fn refuse_sheared(requests: &[Request]) -> Result<()> {
 }
 
 /// Other names of measures, as in the literature and in other programs.
-const ALIASES: [(&str, &str); 15] = [
+const ALIASES: [(&str, &str); 16] = [
     ("msd", "correlation"),
     ("vacf", "correlation"),
     ("rdf", "pair-distribution"),
@@ -303,6 +303,7 @@ const ALIASES: [(&str, &str); 15] = [
     ("psi6", "hexatic-order"),
     ("bond-order", "hexatic-order"),
     ("g6", "bond-order-correlation"),
+    ("g6(t)", "bond-order-relaxation"),
     ("katic", "k-atic"),
     ("disclinations", "defects"),
     ("stress", "pressure-tensor"),

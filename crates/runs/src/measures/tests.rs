@@ -282,7 +282,7 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
                 "kicks:tee", "fields:gas", "profile:gas", "front:gas", "nematic:tee", "tetratic", "k-atic:tee",
                 "defects:gas", "body-frame-diffusion:tee", "relaxation:gas", "intermediate-scattering:gas,tee",
                 "van-hove:gas", "lyapunov", "crossings:gas", "incidence:gas", "clusters:gas", "voronoi:gas",
-                "currents:gas", "van-hove-distinct:gas,tee", "bond-order-correlation:gas",
+                "currents:gas", "van-hove-distinct:gas,tee", "bond-order-correlation:gas", "bond-order-relaxation:gas",
                 "structure-factor-map:gas,tee"]
         "#,
     );
