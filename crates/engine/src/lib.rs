@@ -58,6 +58,7 @@ mod world;
 pub use cells::{CellScheduler, Instructions};
 pub use contact::limits::{MAX_SPEED_RATIO, MAX_TURNS};
 pub use contact::overlap::OverlapCensus;
+pub use contact::reaction_table::{ReactionCounts, ReactionRecord};
 pub use edit::batch::Batch;
 pub use edit::draw_key::DrawKey;
 pub use grid::{CellsPerSide, MIN_CONTACT_SHARE};
@@ -85,6 +86,7 @@ pub use scene::method_spec::{
 };
 pub use scene::pair_spec::{DiameterSpec, TransparentSpec};
 pub use scene::piston_spec::{PistonSpec, PushPistonSpec};
+pub use scene::reaction_spec::ReactionSpec;
 pub use scene::region::Region;
 pub use scene::stage_spec::{HeatSpec, RelabelSpec, ThermostatKind, ThermostatSpec, VelocitySpec};
 pub use scene::stop_spec::StopSpec;

@@ -4,13 +4,16 @@ use carom_geometry::PeriodicBox;
 use carom_kinematics::{Drive, EpochTime, Motion, Orientation, kinetic_energy, momentum};
 use glam::DVec2;
 
-use crate::world::{
-    World,
-    body::{Body, BodyKey},
-    counters::{Counters, Ledger},
-    heat::{HeatByTag, exact_sum},
-    tags::{Tag, TagNames},
-    wall::StandingWall,
+use crate::{
+    contact::reaction_table::ReactionRecord,
+    world::{
+        World,
+        body::{Body, BodyKey},
+        counters::{Counters, Ledger},
+        heat::{HeatByTag, exact_sum},
+        tags::{Tag, TagNames},
+        wall::StandingWall,
+    },
 };
 
 /// All bodies at one time. A view, at any time and any number of times, changes no bit of the run.
@@ -21,6 +24,7 @@ pub struct View<'a> {
     pub(crate) counters: &'a Counters,
     pub(crate) ledger: &'a Ledger,
     pub(crate) heat: &'a HeatByTag,
+    pub(crate) reactions: &'a [ReactionRecord],
     /// Offset from the start of the epoch (time).
     pub(crate) offset: f64,
 }
@@ -64,6 +68,12 @@ impl<'a> View<'a> {
     /// The energy that thermostats have given to the bodies of each tag so far.
     pub fn heat(&self) -> &'a HeatByTag {
         self.heat
+    }
+
+    /// The reactions that are or have been in force, in the order in which they were given, and
+    /// what they have done so far.
+    pub fn reactions(&self) -> &'a [ReactionRecord] {
+        self.reactions
     }
 
     /// Names of the tags.
