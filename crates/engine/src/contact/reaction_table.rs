@@ -6,11 +6,10 @@ use std::{
 };
 
 use carom_geometry::MAX_MAGNITUDE;
-use serde::{Deserialize, Serialize};
+use glam::DVec2;
 
 use crate::{
     contact::philox::{open_unit, philox},
-    edit::react::PendingReaction,
     scene::{
         MoleculeSpec,
         error::SceneError,
@@ -18,8 +17,9 @@ use crate::{
     },
     world::{
         World,
-        body::{Body, BodyKind},
+        body::{Body, BodyKey, BodyKind},
         pair_table::PairTable,
+        reaction_record::{ReactionCounts, ReactionRecord},
         tags::{Tag, TagNames, Tags},
     },
 };
@@ -34,33 +34,6 @@ const SAME_MASS: f64 = 1e-12;
 
 /// Marks the random numbers of reactions among those of the same key: thermostats use 0 and 1.
 const STREAM: u64 = 2;
-
-/// What a reaction has done since the system was built.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[non_exhaustive]
-pub struct ReactionCounts {
-    /// Contacts of bodies whose tags the rule names, at which no earlier rule has acted.
-    pub contacts: u64,
-    /// Reactions that have taken place.
-    pub reactions: u64,
-    /// Reactions that have not, because the product would have overlapped another body.
-    pub blocked: u64,
-    /// Kinetic energy of the bodies after the reactions, less that before (mass × length² / time²):
-    /// negative where bodies are removed. It is a part of [`Ledger::put_in`](crate::Ledger).
-    pub energy: f64,
-}
-
-/// A reaction and what it has done.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct ReactionRecord {
-    /// The rule, as in a scene.
-    pub spec: ReactionSpec,
-    /// Whether it is in force.
-    pub is_in_force: bool,
-    /// What it has done.
-    pub counts: ReactionCounts,
-}
 
 /// What becomes of one of two bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -104,6 +77,31 @@ pub(crate) struct Reaction {
     pub tags: [Tag; 2],
     pub outcome: Outcome,
     pub record: usize,
+}
+
+/// A reaction that has been decided at the last contact, and ends the epoch.
+#[derive(Debug, Clone)]
+pub(crate) struct PendingReaction {
+    /// In the order of the rule's tags.
+    pub bodies: [BodyKey; 2],
+    pub tags: [Tag; 2],
+    pub outcome: Outcome,
+    pub record: usize,
+    /// From the centre of the first body to that of the second (length).
+    pub separation: DVec2,
+}
+
+impl PendingReaction {
+    /// A reaction of bodies whose centres are apart by `separation` (length).
+    pub(crate) fn new(reaction: Reaction, bodies: &[Body], separation: DVec2) -> Self {
+        Self {
+            bodies: reaction.bodies.map(|body| bodies[body as usize].key()),
+            tags: reaction.tags,
+            outcome: reaction.outcome,
+            record: reaction.record,
+            separation,
+        }
+    }
 }
 
 /// The reactions in force, and the records of all that have been.

@@ -6,7 +6,7 @@ use carom_response::Response;
 use glam::DVec2;
 
 use crate::{
-    contact::reaction_table::{Fate, Outcome, Product, Reaction, is_same_mass},
+    contact::reaction_table::{Fate, Outcome, PendingReaction, Product, is_same_mass},
     edit::batch::Batch,
     run::simulation::Simulation,
     scene::{
@@ -14,36 +14,8 @@ use crate::{
         error::{EditError, RunError, SceneError},
     },
     scheduler::Scheduler,
-    world::{
-        body::{Body, BodyKey, Rotation},
-        tags::Tag,
-    },
+    world::body::{Body, Rotation},
 };
-
-/// A reaction that has been decided at the last contact, and ends the epoch.
-#[derive(Debug, Clone)]
-pub(crate) struct PendingReaction {
-    /// In the order of the rule's tags.
-    bodies: [BodyKey; 2],
-    tags: [Tag; 2],
-    outcome: Outcome,
-    record: usize,
-    /// From the centre of the first body to that of the second (length).
-    separation: DVec2,
-}
-
-impl PendingReaction {
-    /// A reaction of bodies whose centres are apart by `separation` (length).
-    pub(crate) fn new(reaction: Reaction, bodies: &[Body], separation: DVec2) -> Self {
-        Self {
-            bodies: reaction.bodies.map(|body| bodies[body as usize].key()),
-            tags: reaction.tags,
-            outcome: reaction.outcome,
-            record: reaction.record,
-            separation,
-        }
-    }
-}
 
 impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// Carries out the reaction of the last contact, with which the epoch has ended.

@@ -4,9 +4,12 @@
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    contact::reaction_table::{ReactionCounts, ReactionTable},
+    contact::reaction_table::ReactionTable,
     scene::{error::SceneError, reaction_spec::ReactionSpec},
-    world::tags::TagNames,
+    world::{
+        reaction_record::{ReactionCounts, ReactionRecord},
+        tags::TagNames,
+    },
 };
 
 /// The reactions of a run.
@@ -27,7 +30,7 @@ struct SavedReaction {
 
 impl SavedReactions {
     pub(crate) fn new(table: &ReactionTable) -> Self {
-        let record = |one: &crate::ReactionRecord| SavedReaction {
+        let record = |one: &ReactionRecord| SavedReaction {
             // Numbers are written with all their digits.
             spec: toml::to_string(&one.spec).unwrap_or_default(),
             counts: one.counts,

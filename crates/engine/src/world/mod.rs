@@ -10,6 +10,7 @@ pub(crate) mod heat;
 pub(crate) mod index_or_none;
 pub(crate) mod pair_table;
 pub(crate) mod pistons;
+pub(crate) mod reaction_record;
 pub(crate) mod report;
 pub(crate) mod rounding_bound;
 pub(crate) mod tag_classes;

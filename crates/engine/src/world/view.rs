@@ -4,16 +4,14 @@ use carom_geometry::PeriodicBox;
 use carom_kinematics::{Drive, EpochTime, Motion, Orientation, kinetic_energy, momentum};
 use glam::DVec2;
 
-use crate::{
-    contact::reaction_table::ReactionRecord,
-    world::{
-        World,
-        body::{Body, BodyKey},
-        counters::{Counters, Ledger},
-        heat::{HeatByTag, exact_sum},
-        tags::{Tag, TagNames},
-        wall::StandingWall,
-    },
+use crate::world::{
+    World,
+    body::{Body, BodyKey},
+    counters::{Counters, Ledger},
+    heat::{HeatByTag, exact_sum},
+    reaction_record::ReactionRecord,
+    tags::{Tag, TagNames},
+    wall::StandingWall,
 };
 
 /// All bodies at one time. A view, at any time and any number of times, changes no bit of the run.
