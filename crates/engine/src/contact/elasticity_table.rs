@@ -288,7 +288,8 @@ impl ElasticityTable {
                 ..kind.clone()
             });
         }
-        let may_become_rough = may_react && rough.contains(&true);
+        // By the rules alone: a run that is resumed with other tags than at its start keeps them too.
+        let may_become_rough = may_react && world.has_rough_contacts;
         world.keeps_spins = world
             .bodies
             .iter()

@@ -45,7 +45,7 @@ pub(crate) const NOTHING: &str = "nothing";
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 #[doc(alias = "chemical reaction")]
 #[doc(alias = "annihilation")]
 #[doc(alias = "coalescence")]
@@ -56,13 +56,13 @@ pub struct ReactionSpec {
     pub between: Vec<String>,
     /// Probability of the reaction at a contact of enough energy, above 0 and at most 1. Default:
     /// 1.
-    #[serde(skip_serializing_if = "is_one")]
+    #[serde(default = "one", skip_serializing_if = "is_one")]
     #[cfg_attr(feature = "schema", schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0)))]
     pub probability: f64,
     /// Least energy of the approach along the normal (mass × length² / time²), from 0 to 1e60:
     /// ½ μ u² just before the contact, with the speed u at which the surfaces approach and the
     /// reduced mass μ of the contact, which for discs is that of the two bodies. Default: 0.
-    #[serde(skip_serializing_if = "is_zero")]
+    #[serde(default, skip_serializing_if = "is_zero")]
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = MAX_MAGNITUDE)))]
     #[doc(alias = "activation energy")]
     pub least_energy: f64,
@@ -70,14 +70,14 @@ pub struct ReactionSpec {
     /// of that of `between`, or `"nothing"` for a body that is removed. With one tag in `between`,
     /// the first entry is for the body that was inserted earlier. Other tags of a body remain.
     /// Either this or `into`.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[cfg_attr(feature = "schema", schemars(length(min = 2, max = 2)))]
     pub becomes: Vec<String>,
     /// The molecule that replaces both bodies, with the mass of the two. It gets their centre of
     /// mass, their momentum and, if it turns, their angular momentum about that centre; its x axis,
     /// turned by `orientation`, points from the first body to the second. Where it would overlap
     /// another body, the two only collide. Its place and motion must not be given.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub into: Option<MoleculeSpec>,
 }
 
@@ -112,6 +112,10 @@ impl ReactionSpec {
         };
         format!("{first} + {second} → {product}")
     }
+}
+
+fn one() -> f64 {
+    1.0
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
