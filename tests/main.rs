@@ -33,6 +33,7 @@ mod pairs;
 mod pistons;
 mod placement;
 mod polydisperse;
+mod reactions;
 mod refused_edits;
 mod resume;
 mod rough;

@@ -85,6 +85,7 @@ pub use scene::method_spec::{
 };
 pub use scene::pair_spec::{DiameterSpec, TransparentSpec};
 pub use scene::piston_spec::{PistonSpec, PushPistonSpec};
+pub use scene::reaction_spec::ReactionSpec;
 pub use scene::region::Region;
 pub use scene::stage_spec::{HeatSpec, RelabelSpec, ThermostatKind, ThermostatSpec, VelocitySpec};
 pub use scene::stop_spec::StopSpec;
@@ -103,6 +104,7 @@ pub use world::body::{Body, BodyKey, BodyName, Rotation};
 pub use world::centre_of_mass::{CentreOfMassFrame, ThermalEnergy};
 pub use world::counters::{Counters, Ledger, SchedulerCounters};
 pub use world::heat::{HeatByTag, TagHeat, ThermostatCounts};
+pub use world::reaction_record::{ReactionCounts, ReactionRecord};
 pub use world::report::{CollisionReport, Side};
 pub use world::tags::{Tag, TagNames, Tags};
 pub use world::view::{BodyView, View};

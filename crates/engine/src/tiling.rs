@@ -191,6 +191,8 @@ pub enum TileUse {
     LargeBodies,
     /// A wall has a temperature: each contact with it draws the next number of one sequence.
     ThermalWalls,
+    /// Bodies may react at contacts, each of which draws the next number of one sequence.
+    Reactions,
     /// A wall moves, and would have to be listed in the cells of several tiles while it does.
     MovingWalls,
     /// A piston moves, a wall that contacts push.
@@ -219,6 +221,7 @@ impl fmt::Display for TileUse {
             Self::SmallBox => "too few cells",
             Self::LargeBodies => "bodies larger than a cell move",
             Self::ThermalWalls => "a wall has a temperature",
+            Self::Reactions => "bodies may react at contacts",
             Self::MovingWalls => "a wall moves",
             Self::Gravity => "bodies fall",
             Self::Shear => "the box is sheared",

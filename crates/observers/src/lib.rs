@@ -31,6 +31,7 @@
 //! | pressure tensor | [`PressureTensor`] | contacts, samples |
 //! | fields over the place: density, velocity, kT, stress, heat current | [`Fields`] | contacts, samples |
 //! | translational and rotational temperature of a group | [`TemperatureByTag`] | samples |
+//! | numbers of bodies by tag, and contacts between them | [`BodyNumbers`] | contacts, samples |
 //! | place, velocity and energy of a piston | [`PistonSeries`] | samples |
 //! | crossings of a segment: flux, first passages, a Poincaré section | [`Crossings`] | contacts, samples |
 //! | path lengths between contacts | [`FreePaths`] | contacts |
@@ -79,6 +80,7 @@
 
 mod body_frame;
 mod body_frame_diffusion;
+mod body_numbers;
 mod bond_order_correlation;
 mod bond_order_relaxation;
 mod cell_list;
@@ -150,6 +152,7 @@ mod wall_pressure;
 mod wave_vectors;
 
 pub use body_frame_diffusion::{BodyFrameDiffusion, BodyFramePoint};
+pub use body_numbers::{BodyNumbers, NumberPoint};
 pub use bond_order_correlation::{BondOrderCorrelation, BondOrderPoint};
 pub use bond_order_relaxation::{BondOrderLag, BondOrderRelaxation};
 pub use clusters::{ClusterPoint, Clusters};

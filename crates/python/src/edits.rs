@@ -2,7 +2,7 @@
 
 use carom::{
     BodyKey, EditError, Scene, SceneError,
-    engine::{ElasticitySpec, MoleculeSpec, Rotation, WallSpec},
+    engine::{ElasticitySpec, MoleculeSpec, ReactionSpec, Rotation, WallSpec},
 };
 use carom_methods::AnySimulation;
 use pyo3::prelude::*;
@@ -178,6 +178,14 @@ fn id_of(key: BodyKey) -> Result<u64, EditError> {
 /// It is refused.
 pub fn elasticity(text: &str) -> Result<ElasticitySpec, EditError> {
     Ok(Scene::from_toml(text)?.elasticity)
+}
+
+/// The reactions that the text of a scene describes.
+///
+/// # Errors
+/// The text is not that of a scene.
+pub fn reactions(text: &str) -> Result<Vec<ReactionSpec>, EditError> {
+    Ok(Scene::from_toml(text)?.reaction)
 }
 
 /// The numbers of the bodies with a tag.

@@ -285,6 +285,24 @@ impl Core {
         ))
     }
 
+    /// Each reaction in a line, whether it is in force, and what it has done.
+    fn reactions(&self) -> PyResult<Vec<(String, bool, u64, u64, u64, f64)>> {
+        let state = self.lock()?;
+        let records = state.simulation.view().reactions().iter();
+        let row = |one: &carom::engine::ReactionRecord| {
+            let counts = one.counts;
+            (
+                one.spec.equation(),
+                one.is_in_force,
+                counts.contacts,
+                counts.reactions,
+                counts.blocked,
+                counts.energy,
+            )
+        };
+        Ok(records.map(row).collect())
+    }
+
     /// Number of overlapping pairs.
     fn overlaps(&self) -> PyResult<usize> {
         Ok(self.lock()?.simulation.view().overlaps().pairs)
@@ -560,6 +578,15 @@ impl Core {
             let spec = edits::elasticity(text)?;
             state.simulation.set_elasticity(&spec)?;
             state.scene.elasticity = spec;
+            Ok(())
+        })
+    }
+
+    fn set_reactions(&self, py: Python<'_>, text: &str) -> PyResult<()> {
+        self.edit(py, |state| {
+            let rules = edits::reactions(text)?;
+            state.simulation.edit(|batch| batch.set_reactions(&rules))?;
+            state.scene.reaction = rules;
             Ok(())
         })
     }

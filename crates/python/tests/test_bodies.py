@@ -582,3 +582,30 @@ def test_a_corner_meets_a_face_at_a_planted_time():
 def test_other_molecules_with_sides_are_refused(make, words):
     with pytest.raises(carom.MoleculeError, match=words):
         make()
+
+
+def test_a_sheared_box_keeps_its_tilt_in_other_programs():
+    pytest.importorskip("gsd.hoomd")
+    sim = carom.Simulation({"box": {"shear_rate": 0.35, "seed": 3}, "gas": [GAS]})
+    sim.run(until=1)
+    assert abs(sim.tilt - 0.35) < 1e-12
+    booked = sim.booked_energy
+    assert abs(booked["initial"] - booked["lost"] + booked["sheared"] - sim.energy) < 1e-11
+    frame = sim.to_gsd()
+    x, y, _, xy, _, _ = frame.configuration.box
+    assert (x, y) == (1, 1) and abs(xy - sim.tilt) < 1e-6
+    position, image = frame.particles.position[:, :2], frame.particles.image[:, :2]
+    # In the parallelogram about the origin, and with the image where the body has come to.
+    assert np.abs(position[:, 1]).max() < 0.5 + 1e-6
+    assert np.abs(position[:, 0] - xy * position[:, 1]).max() < 0.5 + 1e-6
+    come_to = position + image @ np.array([[1, 0], [xy, 1]])
+    away = come_to - sim.unwrapped_positions
+    assert np.abs(away - away[0]).max() < 1e-5
+    try:
+        box, points = sim.to_freud()
+    except ImportError:
+        return
+    assert abs(box.xy - sim.tilt) < 1e-6
+    apart = box.wrap(points[1:] - points[:-1])[:, :2]
+    expected = box.wrap(np.column_stack([np.diff(sim.positions, axis=0), np.zeros(99)]))[:, :2]
+    assert np.abs(apart - expected).max() < 1e-5

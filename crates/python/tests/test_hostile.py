@@ -261,6 +261,7 @@ def test_elasticities_of_anything(default, contact_time, pairs):
     sim = fresh()
     orderly(sim.set_elasticity, default)
     orderly(sim.set_drag, default)
+    orderly(sim.set_shear_rate, default)
     orderly(sim.set_gravity, default)
     orderly(sim.set_gravity, [default, contact_time])
     orderly(sim.set_elasticity, 0.9, contact_time=contact_time, pairs=pairs)

@@ -178,6 +178,7 @@ impl Cells {
             _ if world.pairs.is_active() => Some(TileUse::PairRules),
             _ if world.has_thermal_walls => Some(TileUse::ThermalWalls),
             _ if world.is_sheared() => Some(TileUse::Shear),
+            _ if world.has_reactions => Some(TileUse::Reactions),
             _ if world.pistons().next().is_some() => Some(TileUse::Pistons),
             _ if world.has_gravity() => Some(TileUse::Gravity),
             _ if world.moves_walls() => Some(TileUse::MovingWalls),

@@ -4,7 +4,7 @@
 use carom_response::{Elasticity, ElasticityError, Response};
 
 use crate::{
-    contact::guard::Guard,
+    contact::{guard::Guard, reaction_table::ReactionTable},
     scene::{
         Scene,
         elasticity_spec::{ElasticityRule, ElasticitySpec},
@@ -175,25 +175,37 @@ impl ElasticityTable {
         })
     }
 
-    /// Prepares the table and that of the pairs for the bodies of a world and a response, and lets
-    /// the world keep the times that the guard needs and the spins that rough contacts change.
+    /// Prepares the table, that of the pairs and that of reactions for the bodies of a world and a
+    /// response, and lets the world keep the times that the guard needs and the spins that rough
+    /// contacts change.
     pub(crate) fn classify<R: Response>(
         &mut self,
         world: &mut World,
         response: &R,
+        reactions: &mut ReactionTable,
     ) -> Result<(), SceneError> {
         self.by_class.clear();
+        let reachable = if reactions.is_active() {
+            reactions.reachable(world)?
+        } else {
+            Vec::new()
+        };
+        let mut classes = Vec::new();
         if !self.rules.is_empty() || world.pairs.has_rules() {
-            let classes = sort_into_classes(world);
+            classes = sort_into_classes(world, &reachable);
             self.look_up(&classes)?;
+            reactions.refuse_changed_pairs(&world.pairs, &classes)?;
             world.pairs.look_up(&classes, &world.bodies)?;
         }
-        self.mark_rough(world, response);
+        let rough = self.mark_rough(world, response, reactions.is_active());
+        reactions.set_classes(&classes, rough);
+        world.has_reactions = reactions.is_active();
         world.keep_last_contacts(self.is_guarded());
         world.has_thermal_walls = world
             .bodies
             .iter()
             .any(|body| body.kind.temperature.is_some());
+        world.has_special_contacts = world.has_thermal_walls || world.has_reactions;
         Ok(())
     }
 
@@ -241,8 +253,14 @@ impl ElasticityTable {
         }
     }
 
-    /// Marks the bodies that have rough contacts with an existing body.
-    fn mark_rough<R: Response>(&self, world: &mut World, response: &R) {
+    /// Marks the bodies that have rough contacts with an existing body, or with one that reactions
+    /// may give. Returns whether bodies of each class have, and bodies without a class.
+    fn mark_rough<R: Response>(
+        &self,
+        world: &mut World,
+        response: &R,
+        may_react: bool,
+    ) -> (Vec<bool>, bool) {
         let is_rough = |pair: &PairElasticity| response.is_rough(pair.elasticity);
         let by_default = is_rough(&self.of_default());
         let rough: Vec<bool> = if self.by_class.is_empty() {
@@ -270,6 +288,8 @@ impl ElasticityTable {
                 ..kind.clone()
             });
         }
+        // By the rules alone: a run that is resumed with other tags than at its start keeps them too.
+        let may_become_rough = may_react && world.has_rough_contacts;
         world.keeps_spins = world
             .bodies
             .iter()
@@ -277,8 +297,10 @@ impl ElasticityTable {
             .any(|(body, motion)| {
                 // Locked discs too: they can be unlocked within a run.
                 let is_disc = !body.is_fixed() && body.kind.molecule.is_disc();
-                is_disc && (body.kind.has_rough_contacts || motion.angular_velocity != 0.0)
+                let is_rough = body.kind.has_rough_contacts || may_become_rough;
+                is_disc && (is_rough || motion.angular_velocity != 0.0)
             });
+        (rough, by_default)
     }
 
     fn resolve(&self, a: &Tags, b: &Tags) -> Result<PairElasticity, SceneError> {

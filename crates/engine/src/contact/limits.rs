@@ -201,6 +201,11 @@ impl Limits {
         Ok(())
     }
 
+    /// Ends the epoch with the present contact.
+    pub fn end_with_contact(&mut self) {
+        self.contacts_left = 1;
+    }
+
     /// Contacts until the epoch ends.
     pub fn contacts_left(&self) -> u64 {
         self.contacts_left

@@ -7,6 +7,7 @@ pub(crate) mod joint_contact;
 pub(crate) mod limits;
 pub(crate) mod overlap;
 pub(crate) mod philox;
+pub(crate) mod reaction_table;
 pub(crate) mod resolution;
 pub(crate) mod separation;
 pub(crate) mod separation_error;

@@ -11,6 +11,7 @@ use carom_response::Response;
 use crate::{
     contact::{
         elasticity_table::ElasticityTable,
+        reaction_table::ReactionTable,
         separation::{refuse_unresolved, refuse_unsearched},
         simultaneous_contacts::SimultaneousContacts,
         unresolved::Unresolved,
@@ -24,6 +25,7 @@ use crate::{
         gravity::{gravity_of, refuse_gravity},
         least_speed::MIN_SPEED,
         pair_spec::TransparentSpec,
+        reaction_spec::ReactionSpec,
         shear::{refuse_shear, shear_rate_of},
         wall_motion::WallMotionSpec,
     },
@@ -55,6 +57,7 @@ pub struct Batch {
     pub(crate) world: World,
     pub(crate) names: TagNames,
     elasticity: ElasticityTable,
+    reactions: ReactionTable,
     /// The time of the edit, as an offset in the epoch of the world; `None` once the bodies have
     /// been moved to that time.
     offset: Option<f64>,
@@ -317,6 +320,38 @@ impl Batch {
         Ok(())
     }
 
+    /// Replaces the reactions of bodies that collide. Reactions that have been in force before
+    /// continue their counts.
+    ///
+    /// # Errors
+    /// [`EditError::Scene`] if a rule names no tag or more than two, a number is out of range, or
+    /// its outcome is not clear.
+    pub fn set_reactions(&mut self, rules: &[ReactionSpec]) -> Result<(), EditError> {
+        let known = self.names.len();
+        self.reactions
+            .set("reaction", rules, &mut self.names)
+            .inspect_err(|_| self.names.forget_after(known))?;
+        // Tiles run no reactions.
+        self.start_to_move();
+        (self.moves, self.relabels) = (true, true);
+        Ok(())
+    }
+
+    /// Replaces a tag of a body by another.
+    pub(super) fn replace_tag(
+        &mut self,
+        key: BodyKey,
+        from: Tag,
+        to: Tag,
+    ) -> Result<(), EditError> {
+        let index = self.index(key)?;
+        let kind = &mut self.world.bodies[index].kind;
+        self.edited.edit(kind, KindEdit::Untag(from));
+        self.edited.edit(kind, KindEdit::Tag(to));
+        self.relabels = true;
+        Ok(())
+    }
+
     /// Scales velocity and angular velocity of a body so that its kinetic energy is `energy`.
     ///
     /// # Errors
@@ -552,6 +587,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             world: self.world.clone(),
             names: self.names.clone(),
             elasticity: self.elasticity.clone(),
+            reactions: self.reactions.clone(),
             offset: Some(self.offset),
             sites: None,
             removed: vec![false; self.world.bodies.len()],
@@ -585,6 +621,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             mut world,
             names,
             mut elasticity,
+            mut reactions,
             offset,
             removed,
             moves,
@@ -609,10 +646,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             BodyName::new(&world.bodies[body], &names).to_string()
         })?;
         refuse_gravity(&world)?;
+        elasticity.classify(&mut world, &self.response, &mut reactions)?;
         refuse_shear(&world, |body| {
             BodyName::new(&world.bodies[body], &names).to_string()
         })?;
-        elasticity.classify(&mut world, &self.response)?;
         refuse_pistons(&world, |body| {
             BodyName::new(&world.bodies[body], &names).to_string()
         })?;
@@ -634,7 +671,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             self.world.has_rough_contacts = world.has_rough_contacts;
             self.world
                 .keep_last_contacts(!world.last_contacts.is_empty());
-            (self.names, self.elasticity) = (names, elasticity);
+            self.world.has_reactions = world.has_reactions;
+            self.world.has_special_contacts = world.has_special_contacts;
+            (self.names, self.elasticity, self.reactions) = (names, elasticity, reactions);
             return Ok(());
         }
         if let Some(offset) = offset {
@@ -657,7 +696,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             (SimultaneousContacts::default(), Unresolved::default());
         (self.world, self.names, self.elasticity, self.scheduler) =
             (world, names, elasticity, scheduler);
-        self.heat = heat;
+        (self.heat, self.reactions) = (heat, reactions);
         self.walls_meet_after = EpochTime::ZERO;
         Ok(())
     }

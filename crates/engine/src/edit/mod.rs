@@ -4,6 +4,7 @@
 pub(crate) mod batch;
 pub(crate) mod draw_key;
 mod motion_rule;
+pub(crate) mod react;
 mod set_motion;
 pub(crate) mod thermostat;
 
@@ -19,7 +20,7 @@ use crate::{
     run::simulation::{Epoch, Simulation},
     scene::{
         MoleculeSpec, WallSpec, elasticity_spec::ElasticitySpec, error::EditError,
-        wall_motion::WallMotionSpec,
+        reaction_spec::ReactionSpec, wall_motion::WallMotionSpec,
     },
     scheduler::Scheduler,
     start::body_builder::inertia,
@@ -98,6 +99,38 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// remain.
     pub fn set_elasticity(&mut self, spec: &ElasticitySpec) -> Result<(), EditError> {
         self.edit(|batch| batch.set_elasticity(spec))
+    }
+
+    /// Replaces the reactions of bodies that collide; a batch of one, see [`Self::edit`].
+    ///
+    /// ```
+    /// use carom_engine::{ReactionSpec, Scene, Simulation};
+    ///
+    /// // An infection that passes at each contact.
+    /// let mut scene = Scene::from_toml(
+    ///     "[[gas]]\ntags = [\"S\"]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 100",
+    /// )?;
+    /// let mut simulation = Simulation::new(&scene)?;
+    /// let first = simulation.view().bodies().next().unwrap().body.key();
+    /// simulation.untag(first, "S")?;
+    /// simulation.tag(first, "I")?;
+    /// simulation.set_reactions(&[ReactionSpec {
+    ///     between: vec!["I".to_owned(), "S".to_owned()],
+    ///     becomes: vec!["I".to_owned(), "I".to_owned()],
+    ///     ..ReactionSpec::default()
+    /// }])?;
+    /// simulation.run_until(2.0)?;
+    /// let infected = simulation.find_tag("I").expect("the reaction names it");
+    /// let infections = simulation.view().counters().reactions;
+    /// assert!(infections > 10);
+    /// assert_eq!(simulation.view().tagged(infected).count() as u64, 1 + infections);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`EditError::Scene`] if a rule is invalid, or cannot act on the bodies that it names.
+    pub fn set_reactions(&mut self, rules: &[ReactionSpec]) -> Result<(), EditError> {
+        self.edit(|batch| batch.set_reactions(rules))
     }
 
     /// Changes the drag γ of all bodies (1/time): from now on v' = −γ v and ω' = −γ ω between

@@ -9,6 +9,7 @@ use crate::{
     cells::CellScheduler,
     contact::{
         elasticity_table::ElasticityTable,
+        reaction_table::ReactionTable,
         separation::{refuse_unresolved, refuse_unsearched},
     },
     run::{growth::Growth, simulation::Simulation},
@@ -107,7 +108,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         free_pistons(&mut world, scene, &singles.entries)?;
         world.gravity = gravity_of("gravity.acceleration", scene.gravity.acceleration)?;
         let mut elasticity = ElasticityTable::new(&scene.elasticity, &mut singles.names)?;
-        elasticity.classify(&mut world, &response)?;
+        let mut reactions = ReactionTable::default();
+        reactions.set("reaction", &scene.reaction, &mut singles.names)?;
+        elasticity.classify(&mut world, &response, &mut reactions)?;
         refuse_unresolved(&world, &elasticity)
             .and_then(|()| refuse_unsearched(&world, &detection))
             .map_err(|reason| reason.named(|body| singles.entry_of(body, &counts)))?;
@@ -124,13 +127,16 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         world.shrink();
         let scheduler = S::checked(&options, &world)
             .map_err(|reason| reason.named(|body| singles.entry_of(body, &counts)))?;
-        Ok(Self::assemble(
-            world,
-            (detection, response),
-            (scheduler, options),
-            elasticity,
-            singles.names,
-        ))
+        Ok(Self {
+            reactions,
+            ..Self::assemble(
+                world,
+                (detection, response),
+                (scheduler, options),
+                elasticity,
+                singles.names,
+            )
+        })
     }
 }
 

@@ -25,6 +25,7 @@ use crate::{
     },
     run::{
         saved_elasticity::SavedElasticity,
+        saved_reactions::SavedReactions,
         simulation::{Epoch, Simulation},
     },
     scene::{
@@ -109,6 +110,7 @@ pub struct Checkpoint {
     counters: Counters,
     ledger: Ledger,
     heat: HeatByTag,
+    reactions: SavedReactions,
     simultaneous: SimultaneousContacts,
     unresolved: Unresolved,
 }
@@ -245,6 +247,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             work_before: _,
             ledger,
             heat,
+            reactions,
             offset,
             epoch,
             simultaneous,
@@ -274,6 +277,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             clock,
             stop: _,
             has_thermal_walls: _,
+            has_reactions: _,
+            has_special_contacts: _,
             pairs,
             has_rough_contacts: _,
             keeps_spins: _,
@@ -305,6 +310,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 ..*ledger
             },
             heat: heat.clone(),
+            reactions: SavedReactions::new(reactions),
             simultaneous: simultaneous.clone(),
             unresolved: *unresolved,
         })
@@ -385,7 +391,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         world.pairs = PairTable::new(&checkpoint.transparent, &checkpoint.diameter, &mut names)?;
         let mut elasticity =
             ElasticityTable::new(&checkpoint.elasticity.clone().into(), &mut names)?;
-        elasticity.classify(&mut world, &response)?;
+        let mut reactions = checkpoint.reactions.table(&mut names)?;
+        elasticity.classify(&mut world, &response, &mut reactions)?;
         refuse_gravity(&world)?;
         refuse_shear(&world, |body| {
             BodyName::new(&world.bodies[body], &names).to_string()
@@ -443,6 +450,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             work_before: checkpoint.counters.scheduler,
             ledger: checkpoint.ledger,
             heat: checkpoint.heat.clone(),
+            reactions,
             simultaneous: checkpoint.simultaneous.clone(),
             unresolved: checkpoint.unresolved,
             ..Self::assemble(
@@ -469,8 +477,9 @@ impl Checkpoint {
 
     /// This state as the start of another run with this seed and replica: at time 0, with no heat,
     /// and a ledger that begins with the present energy. Bodies, motions, windings and rules
-    /// remain. All counts are 0 except that of contacts with walls that have a temperature, which
-    /// selects their random numbers: a run with the same seed does not repeat them.
+    /// remain. All counts are 0 except those of contacts with walls that have a temperature, and of
+    /// contacts at which reactions were possible, which select their random numbers: a run with the
+    /// same seed does not repeat them.
     ///
     /// # Errors
     /// [`CheckpointError`] if no simulation can have written it.
@@ -481,6 +490,7 @@ impl Checkpoint {
             random_key: [seed, replica],
             counters: Counters {
                 thermal_collisions: self.counters.thermal_collisions,
+                reactive_collisions: self.counters.reactive_collisions,
                 ..Counters::default()
             },
             ledger: Ledger {
@@ -488,6 +498,7 @@ impl Checkpoint {
                 ..Ledger::default()
             },
             heat: HeatByTag::default(),
+            reactions: self.reactions.restarted(),
             ..self
         })
     }
@@ -517,6 +528,9 @@ impl Checkpoint {
         if !self.heat.is_finite() {
             return Err(CheckpointError::NotFinite("heat of a tag"));
         }
+        if !self.reactions.is_finite() {
+            return Err(CheckpointError::NotFinite("energy of a reaction"));
+        }
         if !self.heat.is_named(&self.names) {
             return Err(CheckpointError::UnnamedHeat);
         }
@@ -537,6 +551,8 @@ impl Checkpoint {
             collisions,
             fixed_collisions,
             thermal_collisions,
+            reactive_collisions,
+            reactions,
             guarded_collisions,
             joint_collisions,
             simultaneous_collisions,
@@ -559,6 +575,9 @@ impl Checkpoint {
             collisions,
             fixed_collisions,
             thermal_collisions,
+            reactive_collisions,
+            reactions,
+            self.reactions.largest_count(),
             guarded_collisions,
             joint_collisions,
             simultaneous_collisions,

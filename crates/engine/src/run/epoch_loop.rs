@@ -8,13 +8,15 @@
 
 use carom_detection::Detection;
 use carom_kinematics::Motion;
-use carom_response::{ContactFrame, Elasticity, Response};
+use carom_response::{ContactFrame, Elasticity, Response, approach_speed, reduced_mass};
 use glam::DVec2;
 
 use crate::{
     contact::{
+        contact_geometry::contact_geometry,
         elasticity_table::ElasticityTable,
         limits::{ContactPlaces, Limits},
+        reaction_table::{Fate, Outcome, PendingReaction, ReactionTable},
         resolution::{ContactPair, Resolved, ResolvedDiscs, Rules},
         simultaneous_contacts::SimultaneousContacts,
         thermal_wall,
@@ -43,6 +45,7 @@ pub(crate) struct EpochLoop<'a, D, R> {
     pub ledger: &'a mut Ledger,
     pub simultaneous: &'a mut SimultaneousContacts,
     pub unresolved: &'a mut Unresolved,
+    pub reactions: &'a mut ReactionTable,
     pub limits: &'a mut Limits,
     /// The present time, as an offset in the epoch.
     pub now: &'a mut f64,
@@ -73,9 +76,13 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
     #[inline(always)]
     fn run<Q: EventQueue>(mut self, queue: &mut Q) -> Self::End {
         // Contacts are resolved in the laboratory, but flights of discs are those of the falling
-        // frame.
+        // frame. Reactions are decided where any contact is resolved, and so is the motion of images.
         let is_sheared = self.world.is_sheared();
-        let all_elastic = self.rules().all_elastic() && !self.world.has_gravity() && !is_sheared;
+        let is_special = self.world.has_special_contacts | is_sheared;
+        let all_elastic = self.rules().all_elastic()
+            && !self.world.has_gravity()
+            && !self.world.has_reactions
+            && !is_sheared;
         loop {
             let limit = self.limits.time();
             let stop = if limit < self.target {
@@ -123,10 +130,8 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
                     last_contacts,
                     repeats,
                 };
-                let resolved = if self.world.has_thermal_walls {
-                    self.resolve_with_thermal_walls(&encounter)?
-                } else if is_sheared && contact.image[1] != 0 {
-                    self.resolve_through_seam(&encounter)?
+                let resolved = if is_special {
+                    self.resolve_special(&encounter)?
                 } else {
                     let resolved = self.rules().resolve(&encounter);
                     self.record(&encounter, &resolved)?;
@@ -159,9 +164,62 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         }
     }
 
-    /// Resolves and records any contact in a system with thermal walls.
+    /// Resolves and records any contact in a system with thermal walls, reactions or a shear, and
+    /// decides whether the bodies react.
     #[cold]
     #[inline(never)]
+    fn resolve_special(&mut self, encounter: &ContactPair) -> Result<Resolved, RunError> {
+        let resolved = if self.world.is_sheared() && encounter.contact.image[1] != 0 {
+            self.resolve_through_seam(encounter)?
+        } else {
+            self.resolve_with_thermal_walls(encounter)?
+        };
+        if self.world.has_reactions {
+            self.react(encounter);
+        }
+        Ok(resolved)
+    }
+
+    /// Decides whether the bodies of a contact react. New tags are given at once; a reaction that
+    /// removes or replaces bodies ends the epoch, and is carried out before the next one begins.
+    fn react(&mut self, encounter: &ContactPair) {
+        let ContactPair {
+            contact, before, ..
+        } = encounter;
+        let world = &*self.world;
+        let pair = contact.bodies.map(|body| &world.bodies[body as usize]);
+        let energy = || approach_energy(world, contact, before);
+        let reaction = self.reactions.decide(
+            pair,
+            contact.bodies,
+            energy,
+            world.random_key,
+            &mut self.counters.reactive_collisions,
+        );
+        let Some(reaction) = reaction else {
+            return;
+        };
+        if let Outcome::Each([Fate::Tag(one), Fate::Tag(other)]) = reaction.outcome {
+            let changes = reaction.bodies.into_iter().zip(reaction.tags);
+            for ((body, from), to) in changes.zip([one, other]) {
+                let kind = &mut self.world.bodies[body as usize].kind;
+                self.reactions.relabel(kind, from, to);
+            }
+            self.reactions.records[reaction.record].counts.reactions += 1;
+            self.counters.reactions += 1;
+            return;
+        }
+        let [a, b] = before.map(|motion| motion.position);
+        let mut separation = b + world.bounds.shift(contact.image) - a;
+        if reaction.bodies != contact.bodies {
+            separation = -separation;
+        }
+        let pending = PendingReaction::new(reaction, &world.bodies, separation);
+        self.reactions.pending = Some(pending);
+        self.limits.end_with_contact();
+    }
+
+    /// Resolves and records any contact in a system that may have thermal walls.
     fn resolve_with_thermal_walls(
         &mut self,
         encounter: &ContactPair,
@@ -180,8 +238,6 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
 
     /// Resolves and records the contact of a body with one of the next box above or below, whose
     /// images move.
-    #[cold]
-    #[inline(never)]
     fn resolve_through_seam(&mut self, encounter: &ContactPair) -> Result<Resolved, RunError> {
         let faster = self.world.image_velocity(encounter.contact.image);
         let mut touched = *encounter;
@@ -474,4 +530,16 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
             (true, true) => StallCause::GuardedCollapse,
         }
     }
+}
+
+/// The energy of the approach of two surfaces along the normal, ½ μ u² (mass × length² / time²).
+fn approach_energy(world: &World, contact: &ContactEvent, before: &[Motion; 2]) -> f64 {
+    let (frame, _) = contact_geometry(world, contact, before);
+    let inertias = contact
+        .bodies
+        .map(|body| world.bodies[body as usize].inertia());
+    // Velocities are those of the clock of the drag.
+    let slowing = world.clock.slowing(contact.time);
+    let speed = slowing * approach_speed(&frame, [&before[0], &before[1]]);
+    0.5 * reduced_mass(&frame, inertias) * (speed * speed)
 }

@@ -8,5 +8,6 @@ pub(crate) mod invariants;
 pub(crate) mod observer;
 pub(crate) mod sampling;
 pub(crate) mod saved_elasticity;
+pub(crate) mod saved_reactions;
 pub(crate) mod simulation;
 pub(crate) mod window_loop;

@@ -9,6 +9,7 @@ use crate::{
     contact::{
         elasticity_table::ElasticityTable,
         limits::{Limits, longest_epoch, refuse_time_scales_too_far_apart, too_slow},
+        reaction_table::ReactionTable,
         simultaneous_contacts::SimultaneousContacts,
         unresolved::Unresolved,
         wall_meeting::{first_meeting, longest_sweep},
@@ -65,6 +66,7 @@ pub struct Simulation<D = Exact, R = Impact, S: Scheduler = CellScheduler> {
     pub(crate) work_before: SchedulerCounters,
     pub(crate) ledger: Ledger,
     pub(crate) heat: HeatByTag,
+    pub(crate) reactions: ReactionTable,
     /// The present time, as an offset from the start of the epoch.
     pub(crate) offset: f64,
     pub(crate) epoch: Epoch,
@@ -109,6 +111,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             counters: Counters::default(),
             work_before: SchedulerCounters::default(),
             heat: HeatByTag::default(),
+            reactions: ReactionTable::default(),
             offset: 0.0,
             epoch: Epoch::ToBegin,
             simultaneous: SimultaneousContacts::default(),
@@ -135,6 +138,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             counters: &self.counters,
             ledger: &self.ledger,
             heat: &self.heat,
+            reactions: &self.reactions.records,
             offset: self.offset,
         }
     }
@@ -383,6 +387,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             }
             EpochEnd::WithContact(time) => {
                 self.end_epoch_with_contact(time);
+                self.carry_out_reaction()?;
                 return Ok(*contacts == most);
             }
             EpochEnd::AtLimit(limit) => {
@@ -420,6 +425,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             ledger: &mut self.ledger,
             simultaneous: &mut self.simultaneous,
             unresolved: &mut self.unresolved,
+            reactions: &mut self.reactions,
             limits,
             now: &mut self.offset,
             observer,

@@ -6,8 +6,8 @@ use carom_response::Response;
 
 use crate::{
     contact::{
-        resolution::ContactPair, simultaneous_contacts::SimultaneousContacts,
-        unresolved::Unresolved,
+        reaction_table::ReactionTable, resolution::ContactPair,
+        simultaneous_contacts::SimultaneousContacts, unresolved::Unresolved,
     },
     run::epoch_loop::{EpochEnd, EpochLoop},
     scene::error::RunError,
@@ -100,6 +100,7 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
             ledger: &mut Ledger::default(),
             simultaneous: &mut SimultaneousContacts::default(),
             unresolved: &mut Unresolved::default(),
+            reactions: &mut ReactionTable::default(),
             limits: &mut limits,
             now: &mut now,
             observer: None,

@@ -490,6 +490,16 @@ pub enum RunError {
         /// Largest allowed energy (mass × length² / time²).
         limit: f64,
     },
+    /// A reaction would leave a system that cannot be run.
+    #[error("at time {time} the reaction {reaction} cannot take place: {reason}")]
+    Reaction {
+        /// Time at which the run stopped.
+        time: EpochTime,
+        /// The reaction in a line.
+        reaction: String,
+        /// The reason.
+        reason: Box<EditError>,
+    },
     /// A speed has grown out of range (for example by superelastic contacts).
     #[error(
         "at time {time} {body} is too fast to continue: its speed is {speed:e}, at most {MAX_MAGNITUDE:e} is allowed"

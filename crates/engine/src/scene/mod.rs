@@ -23,6 +23,7 @@ pub(crate) mod method_spec;
 pub(crate) mod pair_spec;
 pub(crate) mod piston_spec;
 pub(crate) mod random;
+pub(crate) mod reaction_spec;
 pub(crate) mod region;
 pub(crate) mod scene_text;
 pub(crate) mod shear;
@@ -53,6 +54,7 @@ use crate::{
         method_spec::MethodSpec,
         pair_spec::{DiameterSpec, TransparentSpec},
         piston_spec::{PistonSpec, PushPistonSpec},
+        reaction_spec::ReactionSpec,
         stage_spec::{HeatSpec, RelabelSpec, ThermostatSpec, VelocitySpec},
         stop_spec::StopSpec,
         two_numbers::{optional_vector, pairs, vector, vectors},
@@ -110,6 +112,9 @@ pub struct Scene {
     /// Discs whose contact distance is not the sum of their radii.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub diameter: Vec<DiameterSpec>,
+    /// Reactions of bodies that collide.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub reaction: Vec<ReactionSpec>,
     /// How contacts are found and events ordered; exact by default. Used by `carom run`, not by
     /// [`Simulation::new`](crate::Simulation::new).
     #[serde(skip_serializing_if = "is_default")]
@@ -518,7 +523,7 @@ pub struct RunSpec {
 ///
 /// A stage starts where the one before it ends, the first at time 0. Its edits are made together or
 /// not at all, in the order `remove`, `add`, `add_wall`, `tag`, `untag`, `elasticity`,
-/// `transparent`, `lock`, `unlock`, `set_energy`, `set_velocity`; those of the first stage before
+/// `transparent`, `reaction`, `lock`, `unlock`, `set_energy`, `set_velocity`; those of the first stage before
 /// the first sample. At one instant, first a sample is taken, then a stage starts, then
 /// thermostats act in the order of
 /// their list. Instants that differ by less than 1e-9 of the shortest interval of the run are one.
@@ -580,6 +585,9 @@ pub struct StageSpec {
     /// whole. Bodies that overlap and would see each other again are refused.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub transparent: Option<Vec<TransparentSpec>>,
+    /// The reactions from here on; it replaces `[[reaction]]` as a whole.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reaction: Option<Vec<ReactionSpec>>,
     /// Tags of bodies whose orientation is locked.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub lock: Vec<String>,
@@ -615,6 +623,7 @@ impl Default for StageSpec {
             gravity: None,
             shear_rate: None,
             transparent: None,
+            reaction: None,
             lock: Vec::new(),
             unlock: Vec::new(),
             set_energy: Vec::new(),

@@ -5,7 +5,9 @@ use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{Scene, StageSpec, error::SceneError, spelling::did_you_mean};
+use crate::scene::{
+    Scene, StageSpec, error::SceneError, reaction_spec::ReactionSpec, spelling::did_you_mean,
+};
 
 /// Smallest and largest factor of a rule of diameters. Beyond them a scene is most likely an error:
 /// the largest contact distance sets the size of the cells.
@@ -97,7 +99,7 @@ pub struct DiameterSpec {
 }
 
 impl Scene {
-    /// Refuses rules for pairs of tags that no body of the scene carries or gets.
+    /// Refuses rules for pairs of tags, and reactions, that no body of the scene carries or gets.
     pub(crate) fn refuse_unknown_pairs(&self) -> Result<(), SceneError> {
         let singles = self.molecule.iter().map(|body| &body.tags);
         let bumpers = self.bumper.iter().map(|body| &body.tags);
@@ -118,6 +120,9 @@ impl Scene {
                 .flatten()
                 .cloned(),
         );
+        let of_stages = self.stage.iter().flat_map(|stage| &stage.reaction);
+        let reactions = self.reaction.iter().chain(of_stages.flatten());
+        known.extend(reactions.flat_map(ReactionSpec::given_tags).cloned());
         let refuse = |entry: String, between: &[String]| {
             let unknown = between.iter().find(|tag| !known.contains(*tag));
             unknown.map_or(Ok(()), |tag| {
@@ -134,7 +139,14 @@ impl Scene {
         for (index, rule) in self.diameter.iter().enumerate() {
             refuse(format!("diameter[{index}]"), &rule.between)?;
         }
+        for (index, rule) in self.reaction.iter().enumerate() {
+            refuse(format!("reaction[{index}]"), &rule.between)?;
+        }
         for (number, stage) in self.stage.iter().enumerate() {
+            for (index, rule) in stage.reaction.iter().flatten().enumerate() {
+                let entry = format!("stage[{number}].reaction[{index}]");
+                refuse(entry, &rule.between)?;
+            }
             for (index, rule) in stage.transparent.iter().flatten().enumerate() {
                 let entry = format!("stage[{number}].transparent[{index}]");
                 refuse(entry, &rule.between)?;

@@ -33,8 +33,8 @@ pub(crate) fn shear_rate_of(entry: &str, rate: f64) -> Result<f64, SceneError> {
     })
 }
 
-/// Refuses a shear with what is not at rest relative to its images: fixed bodies, a drag, a
-/// gravity.
+/// Refuses a shear with what is not at rest relative to its images, with a drag, a gravity and
+/// reactions.
 pub(crate) fn refuse_shear(
     world: &World,
     name: impl Fn(usize) -> String,
@@ -60,6 +60,9 @@ pub(crate) fn refuse_shear(
             "bodies cannot have both a shear and a drag, which is {} (1/time): set one of them to 0",
             world.clock.drag()
         ));
+    }
+    if world.has_reactions {
+        return problem("bodies cannot react under a shear yet: leave out one of them".to_owned());
     }
     if world.has_gravity() {
         return problem("bodies cannot have both a shear and a gravity: leave out one".to_owned());

@@ -6,7 +6,7 @@ use glam::DVec2;
 
 use crate::{
     grid::Grid,
-    scene::{Placement, Scene, drag::drag_clock, error::SceneError},
+    scene::{Placement, Scene, StageSpec, drag::drag_clock, error::SceneError},
     start::{
         body_builder::geometry,
         fixed_gas,
@@ -25,6 +25,10 @@ fn set_pairs(
     singles: &mut Singles,
     species: &mut [Species],
 ) -> Result<(), SceneError> {
+    let reacts = |stage: &StageSpec| stage.reaction.is_some();
+    if !scene.reaction.is_empty() || scene.stage.iter().any(reacts) {
+        scene.refuse_unknown_pairs()?;
+    }
     let changes = scene.stage.iter().any(|stage| stage.transparent.is_some());
     if scene.transparent.is_empty() && scene.diameter.is_empty() && !changes {
         return Ok(());

@@ -15,6 +15,11 @@ pub struct Counters {
     /// Contacts with a wall that has a temperature
     /// ([`WallSpec::temperature`](crate::WallSpec::temperature)).
     pub thermal_collisions: u64,
+    /// Contacts of bodies between which a reaction was possible
+    /// ([`ReactionSpec`](crate::ReactionSpec)), whatever their energy.
+    pub reactive_collisions: u64,
+    /// Reactions that have taken place at such contacts.
+    pub reactions: u64,
     /// Contacts whose impulse the guard against inelastic collapse has changed
     /// ([`ElasticitySpec::contact_time`](crate::ElasticitySpec::contact_time)), by any amount.
     /// Their energy is in [`Ledger::spared`]. Contacts of a response that ignores the raised
@@ -92,7 +97,7 @@ pub struct Ledger {
     /// contact, less the energy after the same contact at the elasticity of the table. For
     /// information; not a term of [`Self::booked`].
     pub spared: f64,
-    /// Energy put in by energy resets and by adding, removing or locking bodies.
+    /// Energy put in by energy resets and by adding, removing or locking bodies, also by reactions.
     pub put_in: f64,
     /// Energy received from walls that have a temperature, less energy given to them
     /// ([`WallSpec::temperature`](crate::WallSpec::temperature)). Observers see each contact, and

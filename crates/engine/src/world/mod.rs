@@ -10,6 +10,7 @@ pub(crate) mod heat;
 pub(crate) mod index_or_none;
 pub(crate) mod pair_table;
 pub(crate) mod pistons;
+pub(crate) mod reaction_record;
 pub(crate) mod report;
 pub(crate) mod rounding_bound;
 pub(crate) mod shear;
@@ -84,6 +85,10 @@ pub struct World {
     pub(crate) stop: Option<(f64, EpochTime)>,
     /// Whether any body is such a wall; without one, contacts with it are not looked for.
     pub(crate) has_thermal_walls: bool,
+    /// Whether bodies may react at contacts.
+    pub(crate) has_reactions: bool,
+    /// Whether either holds; without, contacts are resolved by impulses alone.
+    pub(crate) has_special_contacts: bool,
     /// Which pairs of bodies see each other, and at which distance.
     pub(crate) pairs: PairTable,
     /// Whether some rule of elasticity is rough, so that discs may have spins.
@@ -114,6 +119,8 @@ impl World {
             clock: DragClock::FREE,
             stop: None,
             has_thermal_walls: false,
+            has_reactions: false,
+            has_special_contacts: false,
             pairs: PairTable::default(),
             has_rough_contacts: false,
             keeps_spins: false,

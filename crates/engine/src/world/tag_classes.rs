@@ -7,8 +7,9 @@ use std::{
 
 use crate::world::{World, body::BodyKind, tags::Tags};
 
-/// Gives each body the number of its class, and returns the tags of each class.
-pub(crate) fn sort_into_classes(world: &mut World) -> Vec<Tags> {
+/// Gives each body the number of its class, and returns the tags of each class; further sets of
+/// tags, which no body may have, get classes after those of the bodies.
+pub(crate) fn sort_into_classes(world: &mut World, further: &[Tags]) -> Vec<Tags> {
     let mut classes: BTreeMap<Tags, u32> = BTreeMap::new();
     replace_kinds(world, |kind| {
         let next = classes.len() as u32;
@@ -17,6 +18,10 @@ pub(crate) fn sort_into_classes(world: &mut World) -> Vec<Tags> {
             ..kind.clone()
         }
     });
+    for tags in further {
+        let next = classes.len() as u32;
+        classes.entry(tags.clone()).or_insert(next);
+    }
     let mut tags: Vec<(Tags, u32)> = classes.into_iter().collect();
     tags.sort_by_key(|&(_, class)| class);
     tags.into_iter().map(|(tags, _)| tags).collect()

@@ -9,6 +9,7 @@ use crate::world::{
     body::{Body, BodyKey},
     counters::{Counters, Ledger},
     heat::{HeatByTag, exact_sum},
+    reaction_record::ReactionRecord,
     tags::{Tag, TagNames},
     wall::StandingWall,
 };
@@ -21,6 +22,7 @@ pub struct View<'a> {
     pub(crate) counters: &'a Counters,
     pub(crate) ledger: &'a Ledger,
     pub(crate) heat: &'a HeatByTag,
+    pub(crate) reactions: &'a [ReactionRecord],
     /// Offset from the start of the epoch (time).
     pub(crate) offset: f64,
 }
@@ -74,6 +76,12 @@ impl<'a> View<'a> {
     /// The energy that thermostats have given to the bodies of each tag so far.
     pub fn heat(&self) -> &'a HeatByTag {
         self.heat
+    }
+
+    /// The reactions that are or have been in force, in the order in which they were given, and
+    /// what they have done so far.
+    pub fn reactions(&self) -> &'a [ReactionRecord] {
+        self.reactions
     }
 
     /// Names of the tags.

@@ -1026,6 +1026,50 @@ class Simulation:
         }
         self._core.set_elasticity(_carom.scene_of({"elasticity": entry}))
 
+    def set_reactions(self, reactions: Sequence[Mapping[str, Any]]) -> None:
+        """Replaces the reactions of bodies that collide; an empty list ends them.
+
+        Parameters
+        ----------
+        reactions : sequence of mappings
+            The keys of ``reaction`` in a scene, see ``crates/book/src/reactions.md``.
+
+        Raises
+        ------
+        EditError
+            A rule is out of range, or cannot act on the bodies that it names; nothing has changed.
+
+        Examples
+        --------
+        >>> import carom
+        >>> gas = {"radius": 0.01, "mass": 1, "energy": 1, "count": 100, "tags": ["A"]}
+        >>> sim = carom.Simulation({"gas": [gas]})
+        >>> sim.set_reactions([{"between": ["A"], "becomes": ["nothing", "nothing"]}])
+        >>> sim.run(until=0.5)
+        >>> [rule] = sim.reactions
+        >>> rule["reaction"], 100 - 2 * rule["reactions"] == len(sim.ids)
+        ('A + A → nothing', True)
+        """
+        rules = [plain(rule) for rule in reactions]
+        self._core.set_reactions(_carom.scene_of({"reaction": rules}))
+
+    @property
+    def reactions(self) -> list[dict[str, Any]]:
+        """The reactions that are or have been in force, and what they have done: ``reaction`` in a
+        line, ``is_in_force``, the number of ``contacts`` of bodies that it names, of ``reactions``,
+        of those ``blocked`` since the product had no room, and the ``energy`` that they have put in
+        (mass · length² / time²).
+
+        Examples
+        --------
+        >>> import carom
+        >>> gas = {"radius": 0.01, "mass": 1, "energy": 1, "count": 100}
+        >>> carom.Simulation({"gas": [gas]}).reactions
+        []
+        """
+        names = ("reaction", "is_in_force", "contacts", "reactions", "blocked", "energy")
+        return [dict(zip(names, values)) for values in self._core.reactions()]
+
     def set_drag(self, drag: float) -> None:
         """Changes the drag γ of all bodies: from now on v' = −γ v and ω' = −γ ω between contacts.
 

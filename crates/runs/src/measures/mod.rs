@@ -37,6 +37,7 @@ mod kind;
 mod known;
 mod lyapunov;
 mod measured;
+mod numbers;
 mod orientation;
 mod overlap;
 mod pair_distribution;
@@ -95,7 +96,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 50] = [
+pub const KINDS: [MeasureKind; 51] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -141,6 +142,7 @@ pub const KINDS: [MeasureKind; 50] = [
     wall_pressure::KIND,
     wall_energy::WORK,
     piston::KIND,
+    numbers::KIND,
     crossings::KIND,
     incidence::KIND,
     lyapunov::KIND,

@@ -10,6 +10,7 @@ use carom::{
 use super::{
     Request,
     kind::{Default, MAX_LAG},
+    numbers,
     request::number,
 };
 
@@ -29,6 +30,15 @@ fn tag_of(view: &View<'_>, name: &str) -> Result<Tag> {
         let nearest = did_you_mean(name, tags.map(|&tag| view.tag_names().name(tag)));
         format!("no body in the scene carries the tag {name:?}{nearest}")
     })
+}
+
+/// The tag with this name, if a reaction gives it and the measure counts bodies: there may be none
+/// at first.
+fn given_by_reactions(request: &Request, view: &View<'_>, name: &str) -> Option<Tag> {
+    let mut reactions = view.reactions().iter();
+    let is_given = reactions.any(|one| one.spec.given_tags().any(|tag| tag == name));
+    let counts = request.kind.name == numbers::KIND.name;
+    view.tag_names().find(name).filter(|_| is_given && counts)
 }
 
 /// The run, the bodies and the parameters of a measure.
@@ -52,7 +62,10 @@ impl<'a> Selection<'a> {
     pub fn new(request: &'a Request, run: &'a RunSpec, view: &'a View<'a>) -> Result<Self> {
         let mut tags = [None; 2];
         for (tag, name) in tags.iter_mut().zip(&request.tags) {
-            let found = tag_of(view, name);
+            let found = match given_by_reactions(request, view, name) {
+                Some(found) => Ok(found),
+                None => tag_of(view, name),
+            };
             *tag = Some(found.map_err(|error| anyhow!("{}: {error}", request.entry))?);
         }
         Ok(Self {

@@ -3,7 +3,7 @@
 use anyhow::{Error, Result};
 use carom::{
     Observer, Scene, View,
-    engine::{MeasureFrom, RunSpec, TileCounters},
+    engine::{MeasureFrom, ReactionCounts, RunSpec, TileCounters},
 };
 use carom_methods::{AnySimulation, Method};
 use carom_tables::{Check, Figure, OVERLAPPING_PAIRS, Summary, Totals};
@@ -61,6 +61,8 @@ pub struct RunOutcome {
     measured_from: Option<f64>,
     /// Number of bodies at rest that thermostats have left out, summed over their actions, by tag.
     left_at_rest: Vec<(String, u64)>,
+    /// The reactions that are or have been in force, in a line each, and what they have done.
+    reactions: Vec<(String, ReactionCounts)>,
     /// What the method saves and gets wrong, if it is not the default.
     price: Option<Price>,
 }
@@ -268,6 +270,7 @@ pub(super) fn outcome_of(
             .measured_from()
             .filter(|_| scene.run.measure_from == MeasureFrom::Auto),
         price: None,
+        reactions: reactions(view),
         guarded: (view.ledger().spared > 0.0).then(|| {
             let ledger = view.ledger();
             (
@@ -327,6 +330,46 @@ fn left_at_rest(view: &View<'_>) -> Vec<(String, u64)> {
         .collect()
 }
 
+/// The reactions that are or have been in force, by names that differ, and what they have done.
+fn reactions(view: &View<'_>) -> Vec<(String, ReactionCounts)> {
+    let mut named: Vec<(String, ReactionCounts)> = Vec::new();
+    for record in view.reactions() {
+        let equation = record.spec.equation();
+        let begins = |(name, _): &&(String, ReactionCounts)| name.starts_with(&equation);
+        let name = match named.iter().filter(begins).count() {
+            0 => equation,
+            earlier => format!("{equation} ({})", earlier + 1),
+        };
+        named.push((name, record.counts));
+    }
+    named
+}
+
+/// The figures of a reaction: their number, their share of the contacts, and their energy.
+fn reaction_figures((name, counts): &(String, ReactionCounts)) -> Vec<Figure> {
+    let contacts = counts.contacts as f64;
+    let share = counts.reactions as f64 / contacts;
+    let of = |quantity: &str| format!("{quantity}, {name}");
+    let number = Figure::new(of("reactions"), counts.reactions as f64, "1");
+    let energy = Figure::new(
+        of("energy put in by reactions"),
+        counts.energy,
+        "mass·length²/time²",
+    );
+    let mut figures = vec![number, energy];
+    if contacts > 0.0 {
+        // Each contact decides by itself.
+        let error = (share * (1.0 - share) / contacts).sqrt();
+        let figure = Figure::new(of("share of contacts that react"), share, "1");
+        figures.push(figure.error(Some(error)));
+    }
+    if counts.blocked > 0 {
+        let name = of("reactions without room for the product");
+        figures.push(Figure::new(name, counts.blocked as f64, "1"));
+    }
+    figures
+}
+
 /// Whether a figure is shown: contacts at one instant are, where there are any.
 pub fn is_shown(figure: &Figure) -> bool {
     figure.value != 0.0 || !AT_ONCE.contains(&figure.name.as_str())
@@ -358,6 +401,7 @@ impl RunOutcome {
         ];
         std::iter::once(bodies)
             .chain(optional.into_iter().flatten())
+            .chain(self.reactions.iter().flat_map(reaction_figures))
             .collect()
     }
 

@@ -6,8 +6,8 @@ use anyhow::{Context, Result, ensure};
 use carom::{
     Scene,
     engine::{
-        ElasticitySpec, StageSpec, ThermostatKind, ThermostatSpec, VelocitySpec, WallMotionSpec,
-        did_you_mean,
+        ElasticitySpec, ReactionSpec, StageSpec, ThermostatKind, ThermostatSpec, VelocitySpec,
+        WallMotionSpec, did_you_mean,
     },
 };
 
@@ -196,6 +196,9 @@ pub fn is_disturbed(scene: &Scene) -> Option<&'static str> {
     if is_sheared(scene) {
         return Some("the gas is sheared");
     }
+    if reacts(scene) {
+        return Some("bodies react");
+    }
     let first = scene.stage.iter().position(|stage| stage.measure)?;
     let stages = scene.stage.iter().enumerate().skip(first);
     let mut reasons = stages.filter_map(|(index, stage)| {
@@ -247,6 +250,12 @@ pub fn is_ever_sheared(scene: &Scene) -> bool {
         .any(|rate| rate != 0.0)
 }
 
+/// Whether reactions are in force in the measured part of a run.
+pub fn reacts(scene: &Scene) -> bool {
+    let rules = |stage: &'_ StageSpec| stage.reaction.as_ref().map(|rules| !rules.is_empty());
+    acts(scene, !scene.reaction.is_empty(), rules, |acts| acts)
+}
+
 /// Whether an elasticity of which this holds rules contacts in the measured part of a run.
 pub fn has_elasticity(scene: &Scene, holds: impl Fn(&ElasticitySpec) -> bool) -> bool {
     acts(
@@ -260,6 +269,9 @@ pub fn has_elasticity(scene: &Scene, holds: impl Fn(&ElasticitySpec) -> bool) ->
 /// What changes motions or bodies within the measured part of a run, besides contacts; `None` if
 /// nothing does.
 pub fn resets(scene: &Scene) -> Option<&'static str> {
+    if reacts(scene) {
+        return Some("reactions");
+    }
     let mut measured = scene.stage.iter().filter(|stage| stage.measure);
     let first = measured.next()?;
     // What the first one sets of the free bodies is set before the measurement.
@@ -354,6 +366,8 @@ fn has_edits(stage: &StageSpec) -> bool {
 /// A tag is not carried, with its entry.
 pub fn refuse_unknown_tags(scene: &Scene, carried: impl IntoIterator<Item = String>) -> Result<()> {
     let mut carried: BTreeSet<String> = carried.into_iter().collect();
+    let given = scene.reaction.iter().flat_map(ReactionSpec::given_tags);
+    carried.extend(given.cloned());
     refuse_unknown_rules("elasticity", &scene.elasticity, &carried)?;
     for (index, stage) in scene.stage.iter().enumerate() {
         let known = |carried: &BTreeSet<String>, entry: &str, tag: &str| {
@@ -364,6 +378,12 @@ pub fn refuse_unknown_tags(scene: &Scene, carried: impl IntoIterator<Item = Stri
             );
             Ok(())
         };
+        let given = stage
+            .reaction
+            .iter()
+            .flatten()
+            .flat_map(ReactionSpec::given_tags);
+        carried.extend(given.cloned());
         for tag in &stage.remove {
             known(&carried, "remove", tag)?;
         }
@@ -461,6 +481,7 @@ fn words(stage: &StageSpec, (start, end): (f64, f64), counts: &[u64]) -> String 
         ("tag", stage.tag.len() + stage.untag.len()),
         ("elasticity", usize::from(stage.elasticity.is_some())),
         ("transparent", usize::from(stage.transparent.is_some())),
+        ("reaction", usize::from(stage.reaction.is_some())),
         ("lock", stage.lock.len()),
         ("unlock", stage.unlock.len()),
         ("set_energy", stage.set_energy.len()),

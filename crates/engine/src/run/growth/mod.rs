@@ -431,7 +431,7 @@ impl Growth {
         let most = (0.5 * collisions * gases.len() as f64).ceil().max(1.0) as u64;
         let time = collisions * self.world.bounds.sides().max_element() / speed;
         if self.world.pairs.has_rules() {
-            let classes = sort_into_classes(&mut self.world);
+            let classes = sort_into_classes(&mut self.world, &[]);
             self.world.pairs.look_up(&classes, &self.world.bodies)?;
         }
         // Contacts are smooth here, and discs keep the spins that rough contacts will change.
