@@ -81,7 +81,7 @@ fn scenes() -> Vec<(&'static str, Scene)> {
     let cycle = rule("between = [\"a\", \"b\"]\nprobability = 0.5\nbecomes = [\"b\", \"a\"]")
         + &rule("between = [\"a\"]\nleast_energy = 1.0\nbecomes = [\"a\", \"b\"]");
     let walls = "[[wall]]\nx = 0.0\n[[wall]]\ntags = [\"w\"]\ny = 0.0\ntemperature = 1.0\n";
-    let stuck = rule("between = [\"a\", \"w\"]\nprobability = 0.3\nbecomes = [\"nothing\", \"w\"]");
+    let stuck = rule("between = [\"a\", \"w\"]\nprobability = 0.6\nbecomes = [\"nothing\", \"w\"]");
     let rough = "[[elasticity.pair]]\nbetween = [\"b\"]\ntangential = 0.5\ncoefficient = 1.0\n";
     vec![
         ("annihilation", read(&(gas("a", 0.02, 80) + &rule(removed)))),
@@ -133,7 +133,7 @@ fn check_resumed<S: Scheduler>(options: &S::Options) {
             simulate::<S>(&scene, options),
         );
         let mut resumes = 0;
-        while !parts.observe_epoch(EpochTime::from(1.0), &mut ()).unwrap() {
+        while !parts.observe_epoch(EpochTime::from(4.0), &mut ()).unwrap() {
             let Some(checkpoint) = parts.checkpoint() else {
                 continue;
             };
@@ -143,7 +143,7 @@ fn check_resumed<S: Scheduler>(options: &S::Options) {
                 .unwrap();
             resumes += 1;
         }
-        whole.run_until(1.0).unwrap();
+        whole.run_until(4.0).unwrap();
         assert!(resumes > 2, "{name}: {resumes}");
         assert!(bits(&whole.view()) == bits(&parts.view()), "{name}");
         assert_eq!(whole.view().reactions(), parts.view().reactions(), "{name}");
@@ -271,11 +271,11 @@ fn a_product_keeps_mass_momentum_angular_momentum_and_centre() {
     let view = simulation.view();
     let body = view.bodies().next().unwrap();
     assert_eq!((view.len(), count(&view, "m")), (1, 1));
-    assert!((view.momentum() - before.0).length() < 1e-15);
-    assert!((angular_momentum(&view) - before.1).abs() < 1e-15);
+    assert!((view.momentum() - before.0).length() < 1e-14);
+    assert!((angular_momentum(&view) - before.1).abs() < 1e-14);
     let time = view.time().to_f64();
     let centre = DVec2::new(0.5, 0.515) + time * DVec2::new(0.25, 0.125);
-    assert!((body.motion.position - centre).length() < 1e-15);
+    assert!((body.motion.position - centre).length() < 1e-14);
     assert_eq!(body.body.mass(), 2.0);
     // Its atoms are where the discs were.
     let atoms: Vec<DVec2> = body.atoms().map(|(place, _)| place).collect();
@@ -288,7 +288,7 @@ fn a_product_keeps_mass_momentum_angular_momentum_and_centre() {
         assert!(nearest.fold(f64::INFINITY, f64::min) < 1e-14, "{atoms:?}");
     }
     let booked = view.ledger().booked();
-    assert!((view.energy() - booked).abs() < 1e-15);
+    assert!((view.energy() - booked).abs() < 1e-14);
     assert_eq!(counts(&view, 0).energy, view.ledger().put_in);
     // A bumper where the large product would be.
     let wide = MoleculeSpec {
@@ -325,7 +325,7 @@ fn the_share_of_contacts_with_a_reaction_is_its_probability() {
         let contacts = counts.contacts as f64;
         let error = (probability * (1.0 - probability) / contacts).sqrt();
         let share = counts.reactions as f64 / contacts;
-        assert!(contacts > 10_000.0, "{counts:?}");
+        assert!(contacts > 3_000.0, "{counts:?}");
         assert!(
             (share - probability).abs() < 4.0 * error,
             "{share} {probability} {error}"
