@@ -1,9 +1,9 @@
 //! Numbers of bodies by tag at each sample, and the contacts between them.
 //!
-//! Where two bodies of density n react at a share p of their contacts and both leave, dn/dt = −p k n²
-//! with the rate constant k of contacts: 1/n grows in proportion to time as long as k is constant.
-//! Between two samples of numbers N₁ and N₂ in an area A the integral of k is 2 A C/(N₁ N₂), with
-//! the number C of contacts: exact where 1/n grows evenly.
+//! Where two bodies of density n react at a share p of their contacts and both leave, dn/dt =
+//! −p k n² with the rate constant k of contacts: 1/n grows in proportion to time as long as k is
+//! constant. Between two samples of numbers N₁ and N₂ in an area A the integral of k is
+//! 2 A C/(N₁ N₂), with the number C of contacts: exact where 1/n grows evenly.
 
 use carom_engine::{Body, CollisionReport, Observer, Tag, View};
 use serde::{Deserialize, Serialize};

@@ -288,7 +288,7 @@ impl ElasticityTable {
                 ..kind.clone()
             });
         }
-        // By the rules alone: a run that is resumed with other tags than at its start keeps them too.
+        // By the rules alone, as in a run that is resumed, whose bodies have other tags.
         let may_become_rough = may_react && world.has_rough_contacts;
         world.keeps_spins = world
             .bodies
