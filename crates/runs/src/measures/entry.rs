@@ -231,6 +231,7 @@ impl Entry {
         let is_equilibrium = is_elastic && !is_heated && stages::is_disturbed(scene).is_none();
         let is_alone = !is_heated
             && !stages::is_dragged(scene)
+            && !stages::is_sheared(scene)
             && scene.stage.iter().all(|stage| stage.thermostat.is_empty());
         let is_cooling = is_alone && loses;
         let label = &head.label;
