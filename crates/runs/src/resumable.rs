@@ -712,7 +712,7 @@ mod tests {
         .unwrap();
         assert_eq!(
             (FORMAT, kept.len(), crc32fast::hash(&kept)),
-            (23, 1026, 3_388_276_313)
+            (24, 1026, 3_388_276_313)
         );
     }
 }
