@@ -44,6 +44,10 @@ const LAST_FEW: usize = 16;
 /// All bodies and their motions. Bodies are in order of insertion; times are offsets from the start
 /// of the epoch.
 #[derive(Debug, Clone)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is found once and read in another loop"
+)]
 pub struct World {
     pub(crate) bounds: PeriodicBox,
     pub(crate) bodies: Vec<Body>,
