@@ -6,5 +6,7 @@ pub mod ci;
 pub mod cli;
 pub mod experiments;
 pub mod fuzz;
+pub mod repository;
+pub mod site;
 pub mod surface;
 pub mod tidy;
