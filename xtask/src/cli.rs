@@ -8,7 +8,7 @@ use clap::{Parser, Subcommand};
 use crate::{
     attack, bench, ci,
     experiments::{all, capability_cost, encounters, extremes, studies, thesis_tests},
-    fuzz, site, surface, tidy,
+    fuzz, release, site, surface, tidy,
 };
 
 /// Commands for experiments and checks with carom. Exit codes: 0 success, 1 a check failed, 2
@@ -67,6 +67,9 @@ pub enum XtaskCommand {
     /// Write the site: a gallery of studies with their results, how they were validated, the book
     /// and the Rust reference
     Site(site::SiteOptions),
+    /// Write all that a release would upload into one folder, with checksums and the commands that
+    /// publish it; nothing is uploaded
+    Release(release::ReleaseOptions),
     /// Run everything that must hold before a change lands; what `.ci/run` calls
     Ci,
 }
@@ -207,6 +210,7 @@ impl Program for Cli {
             XtaskCommand::Tidy => tidy::run(parse),
             XtaskCommand::Surface(options) => surface::run(options),
             XtaskCommand::Site(options) => site::run(options),
+            XtaskCommand::Release(options) => release::run(options),
             XtaskCommand::Ci => ci::run(),
         }
     }

@@ -6,6 +6,7 @@ pub mod ci;
 pub mod cli;
 pub mod experiments;
 pub mod fuzz;
+pub mod release;
 pub mod repository;
 pub mod site;
 pub mod surface;

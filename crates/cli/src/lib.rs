@@ -114,7 +114,10 @@ mod tests {
     fn the_version_names_the_compiler_and_in_a_repository_the_revision() {
         let command = Cli::command();
         let version = command.get_version().unwrap();
-        assert!(version.starts_with(carom::VERSION) && version.contains("rustc "), "{version}");
+        assert!(
+            version.starts_with(carom::VERSION) && version.contains("rustc "),
+            "{version}"
+        );
         let is_known = carom_runs::manifest::REVISION.is_some();
         assert_eq!(version.contains("revision "), is_known, "{version}");
     }

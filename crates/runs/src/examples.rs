@@ -217,7 +217,10 @@ mod tests {
         let theory = Example::named("fields/conduction").unwrap();
         assert_eq!(theory.command, "sweep");
         let tables = Example::named("chaos/tables").unwrap().about();
-        assert!(tables.ends_with("(Bunimovich, Commun. Math. Phys. 65 (1979) 295)."), "{tables}");
+        assert!(
+            tables.ends_with("(Bunimovich, Commun. Math. Phys. 65 (1979) 295)."),
+            "{tables}"
+        );
         let unknown = Example::named("mixtur").unwrap_err().to_string();
         assert!(unknown.contains("did you mean `mixture`?"), "{unknown}");
     }

@@ -281,7 +281,10 @@ mod tests {
         assert!(Manifest::is_complete(&folder));
         let written = read();
         assert_eq!(written["complete"], true);
-        assert!(BUILD.starts_with(carom::VERSION) && BUILD.contains(RUSTC), "{BUILD}");
+        assert!(
+            BUILD.starts_with(carom::VERSION) && BUILD.contains(RUSTC),
+            "{BUILD}"
+        );
         assert_eq!(written["streams"][0]["seed"], u64::MAX);
         assert_eq!(written["streams"][1]["stream"], 49);
         assert_eq!(written["cpu_seconds"], 1.5);

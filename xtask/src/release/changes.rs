@@ -36,7 +36,8 @@ mod tests {
 
     #[test]
     fn the_section_of_a_version_comes_before_the_unreleased_one() {
-        let text = "# Changelog\n\n## [Unreleased]\n\n### Added\n- b\n\n## [0.1.0] - 2026-01-01\n\n- a\n";
+        let text =
+            "# Changelog\n\n## [Unreleased]\n\n### Added\n- b\n\n## [0.1.0] - 2026-01-01\n\n- a\n";
         assert_eq!(section(text, "0.1.0").unwrap(), ("- a".to_owned(), false));
         assert_eq!(
             section(text, "0.2.0").unwrap(),

@@ -39,7 +39,10 @@ pub fn check(root: &Path, version: &str) -> Result<()> {
     let cff = read("CITATION.cff")?;
     let has_line = |beginning: &str| cff.lines().any(|line| line.starts_with(beginning));
     for key in CFF_KEYS {
-        ensure!(has_line(key), "CITATION.cff has no line that begins '{key}'");
+        ensure!(
+            has_line(key),
+            "CITATION.cff has no line that begins '{key}'"
+        );
     }
     ensure!(
         has_line(&format!("version: {version}")),

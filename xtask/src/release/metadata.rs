@@ -146,7 +146,8 @@ impl Metadata {
             .iter()
             .filter(|package| found.contains(package.id.as_str()))
             .collect();
-        packages.sort_by(|one, other| (&one.name, &one.version).cmp(&(&other.name, &other.version)));
+        packages
+            .sort_by(|one, other| (&one.name, &one.version).cmp(&(&other.name, &other.version)));
         Ok(packages)
     }
 
@@ -158,7 +159,9 @@ impl Metadata {
 
 impl Package {
     fn is_published(&self) -> bool {
-        self.publish.as_ref().is_none_or(|registries| !registries.is_empty())
+        self.publish
+            .as_ref()
+            .is_none_or(|registries| !registries.is_empty())
     }
 
     /// Packages of the workspace that must be published before; those of tests alone need not.

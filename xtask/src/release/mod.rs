@@ -75,7 +75,12 @@ pub fn run(options: &ReleaseOptions) -> Result<Verdict> {
     python(shell, &folder.join("python"), &mut skipped)?;
     let count = licences::write(&metadata, &folder)?;
     print_line(&format!("release: licences of {count} packages"));
-    for name in ["LICENSE-MIT", "LICENSE-APACHE", "CITATION.cff", "codemeta.json"] {
+    for name in [
+        "LICENSE-MIT",
+        "LICENSE-APACHE",
+        "CITATION.cff",
+        "codemeta.json",
+    ] {
         copy(&root.join(name), &folder.join(name))?;
     }
     if options.install {
@@ -152,7 +157,14 @@ fn archive(package: &Package) -> String {
 
 /// Builds the program for this machine, and checks that it tells this version.
 fn binary(shell: Shell<'_>, metadata: &Metadata, version: &str, folder: &Path) -> Result<()> {
-    let build = ["build", "--release", "--locked", "--offline", "--package", "carom-cli"];
+    let build = [
+        "build",
+        "--release",
+        "--locked",
+        "--offline",
+        "--package",
+        "carom-cli",
+    ];
     shell.succeed("cargo", &build)?;
     let compiler = shell.output("rustc", &["--version", "--verbose"])?;
     let machine = compiler
@@ -163,7 +175,10 @@ fn binary(shell: Shell<'_>, metadata: &Metadata, version: &str, folder: &Path) -
     let inside = folder.join(format!("carom-{version}-{machine}"));
     create(&inside)?;
     let target = inside.join(&name);
-    copy(&metadata.target_directory.join("release").join(&name), &target)?;
+    copy(
+        &metadata.target_directory.join("release").join(&name),
+        &target,
+    )?;
     let told = shell.output(&target.to_string_lossy(), &["--version"])?;
     ensure!(
         told.starts_with(&format!("carom {version} ")),
@@ -212,7 +227,10 @@ fn install(shell: Shell<'_>, crates: &[&Package], folder: &Path) -> Result<()> {
     inside.succeed("cargo", &words)?;
     let program = empty.path().join("installed/bin/carom");
     let told = shell.output(&program.to_string_lossy(), &["--version"])?;
-    print_line(&format!("release: installed from the packaged crates: {}", told.trim()));
+    print_line(&format!(
+        "release: installed from the packaged crates: {}",
+        told.trim()
+    ));
     Ok(())
 }
 
@@ -230,7 +248,10 @@ fn checksums(folder: &Path) -> Result<usize> {
             }
             let bytes =
                 fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
-            let name = path.strip_prefix(folder)?.to_string_lossy().replace('\\', "/");
+            let name = path
+                .strip_prefix(folder)?
+                .to_string_lossy()
+                .replace('\\', "/");
             let sum = Sha256::digest(&bytes);
             let hex = sum.iter().fold(String::new(), |mut text, byte| {
                 let _ = write!(text, "{byte:02x}");
@@ -239,9 +260,9 @@ fn checksums(folder: &Path) -> Result<usize> {
             sums.insert(name, hex);
         }
     }
-    let lines: String = sums
-        .iter()
-        .fold(String::new(), |text, (name, sum)| text + sum + "  " + name + "\n");
+    let lines: String = sums.iter().fold(String::new(), |text, (name, sum)| {
+        text + sum + "  " + name + "\n"
+    });
     write(&folder.join("SHA256SUMS"), &lines)?;
     Ok(sums.len())
 }
@@ -252,7 +273,9 @@ fn commands(version: &str, crates: &[&Package], skipped: &[String]) -> String {
         .iter()
         .map(|package| format!("cargo publish --locked --package {}", package.name))
         .collect();
-    let missing = skipped.iter().fold(String::new(), |text, part| text + "- " + part + "\n");
+    let missing = skipped
+        .iter()
+        .fold(String::new(), |text, part| text + "- " + part + "\n");
     let missing = if missing.is_empty() {
         "Nothing was skipped.\n".to_owned()
     } else {

@@ -124,7 +124,10 @@ fn parse(text: &str) -> Result<Vec<Card>> {
             ("sentence", &card.sentence),
             ("source", &card.source),
         ] {
-            ensure!(!text.trim().is_empty(), "the card of '{study}' has no {key}");
+            ensure!(
+                !text.trim().is_empty(),
+                "the card of '{study}' has no {key}"
+            );
         }
         ensure!(
             card.sentence.ends_with('.') && !card.sentence.contains(". "),

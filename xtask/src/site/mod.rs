@@ -132,12 +132,23 @@ fn parts(options: &SiteOptions) -> Result<Parts> {
     let site = std::path::absolute(&options.out).context("the current folder is unknown")?;
     let mut parts = vec![
         (GALLERY.to_owned(), "Gallery".to_owned()),
-        (VALIDATION.to_owned(), "How results were validated".to_owned()),
+        (
+            VALIDATION.to_owned(),
+            "How results were validated".to_owned(),
+        ),
     ];
     let shell = Shell { root };
     if repository::has_program("mdbook") {
         let book = site.join("book");
-        shell.succeed("mdbook", &["build", "crates/book", "--dest-dir", &book.to_string_lossy()])?;
+        shell.succeed(
+            "mdbook",
+            &[
+                "build",
+                "crates/book",
+                "--dest-dir",
+                &book.to_string_lossy(),
+            ],
+        )?;
         parts.push(("book/index.html".to_owned(), "Book".to_owned()));
     } else {
         print_line("site: skipped: the book: mdbook is not installed");
@@ -145,8 +156,14 @@ fn parts(options: &SiteOptions) -> Result<Parts> {
     if options.reference {
         let target = site.join("reference");
         let arguments = ["doc", "--workspace", "--no-deps", "--target-dir"];
-        shell.succeed("cargo", &[&arguments[..], &[&target.to_string_lossy()]].concat())?;
-        parts.push(("reference/doc/carom/index.html".to_owned(), "Rust".to_owned()));
+        shell.succeed(
+            "cargo",
+            &[&arguments[..], &[&target.to_string_lossy()]].concat(),
+        )?;
+        parts.push((
+            "reference/doc/carom/index.html".to_owned(),
+            "Rust".to_owned(),
+        ));
     } else {
         print_line("site: skipped: the reference of the Rust crates: --reference writes it");
     }

@@ -61,7 +61,10 @@ pub fn gallery(
 /// How many studies and results are as expected.
 fn sum_in_words(all: &[(CardResults, Pictures)]) -> String {
     let count = all.len();
-    let summaries = || all.iter().filter_map(|(results, _)| results.summary.as_ref());
+    let summaries = || {
+        all.iter()
+            .filter_map(|(results, _)| results.summary.as_ref())
+    };
     let judged: usize = summaries().map(|summary| summary.judged().count()).sum();
     let collisions: u64 = summaries().map(|summary| summary.collisions).sum();
     let failed = all.iter().filter(|(results, _)| !results.passed()).count();
@@ -69,7 +72,9 @@ fn sum_in_words(all: &[(CardResults, Pictures)]) -> String {
         0 => format!("{count} studies, {judged} results: all as expected."),
         _ => format!("FAILED: {failed} of {count} studies do not hold; {judged} results."),
     };
-    let seconds: f64 = summaries().map(carom_sweeps::summary::SweepSummary::cpu_seconds).sum();
+    let seconds: f64 = summaries()
+        .map(carom_sweeps::summary::SweepSummary::cpu_seconds)
+        .sum();
     let minutes = seconds / 60.0;
     format!("{held} {collisions} exact collisions in {minutes:.0} minutes of processor time.")
 }
@@ -80,7 +85,11 @@ fn card((results, pictures): &(CardResults, Pictures)) -> GalleryCard {
         || ["no result", "", "–", "–"].map(str::to_owned),
         |(point, answer)| {
             let quantity = named(&answer.quantity, &answer.unit);
-            let label = if results.summary.as_ref().is_some_and(|all| all.points.len() > 1) {
+            let label = if results
+                .summary
+                .as_ref()
+                .is_some_and(|all| all.points.len() > 1)
+            {
                 point.short_label()
             } else {
                 String::new()
@@ -94,9 +103,10 @@ fn card((results, pictures): &(CardResults, Pictures)) -> GalleryCard {
         sentence: card.sentence.clone(),
         svg: pictures.small(card.picture).to_owned(),
         result,
-        source: results
-            .headline()
-            .map_or_else(|| card.source.clone(), |(_, answer)| source(answer, &card.source)),
+        source: results.headline().map_or_else(
+            || card.source.clone(),
+            |(_, answer)| source(answer, &card.source),
+        ),
         passed: results.passed(),
         verdict: [results.verdict(), results.processor_time()],
         subjects: card.subjects.clone(),
@@ -118,7 +128,12 @@ fn measured(answer: &ExpectationAnswer) -> String {
 }
 
 /// The page of a card.
-pub fn of_card(results: &CardResults, pictures: &Pictures, parts: &Parts, is_quick: bool) -> String {
+pub fn of_card(
+    results: &CardResults,
+    pictures: &Pictures,
+    parts: &Parts,
+    is_quick: bool,
+) -> String {
     let card = &results.card;
     let mut page = Page::new(&card.title, &card.sentence);
     page.navigation(&navigation(parts, "", "../"));
@@ -138,9 +153,16 @@ pub fn of_card(results: &CardResults, pictures: &Pictures, parts: &Parts, is_qui
         page.note(SHORT);
     }
     page.part(PagePart::Answer);
-    let mut charts: Vec<(&str, &str)> = pictures.charts.iter().map(|svg| (svg.as_str(), "")).collect();
+    let mut charts: Vec<(&str, &str)> = pictures
+        .charts
+        .iter()
+        .map(|svg| (svg.as_str(), ""))
+        .collect();
     if !pictures.start.is_empty() {
-        charts.push((&pictures.start, "The bodies at the start of the first point."));
+        charts.push((
+            &pictures.start,
+            "The bodies at the start of the first point.",
+        ));
     }
     page.pictures(Layout::Beside, &charts);
     page.part(PagePart::Results);
@@ -148,15 +170,33 @@ pub fn of_card(results: &CardResults, pictures: &Pictures, parts: &Parts, is_qui
     table(&mut page, results);
     let folder = format!("../{}", card.results_name(is_quick));
     page.files(&[
-        (format!("{folder}/report.html"), "the page of the sweep, with all charts".to_owned()),
-        (format!("{folder}/table.csv"), "all figures of all points".to_owned()),
-        (format!("{folder}/summary.json"), "figures, totals and checks".to_owned()),
-        (format!("{folder}/study.toml"), "the study with the scene and all values".to_owned()),
-        (format!("{folder}/manifest.json"), "program, compiler, machine and command".to_owned()),
+        (
+            format!("{folder}/report.html"),
+            "the page of the sweep, with all charts".to_owned(),
+        ),
+        (
+            format!("{folder}/table.csv"),
+            "all figures of all points".to_owned(),
+        ),
+        (
+            format!("{folder}/summary.json"),
+            "figures, totals and checks".to_owned(),
+        ),
+        (
+            format!("{folder}/study.toml"),
+            "the study with the scene and all values".to_owned(),
+        ),
+        (
+            format!("{folder}/manifest.json"),
+            "program, compiler, machine and command".to_owned(),
+        ),
     ]);
     page.code(&commands(results, is_quick));
     if let Ok(example) = card.example() {
-        page.folded("The scene and what is expected of it, in full", example.text.trim_end());
+        page.folded(
+            "The scene and what is expected of it, in full",
+            example.text.trim_end(),
+        );
     }
     page.html()
 }
@@ -169,7 +209,10 @@ fn commands(results: &CardResults, is_quick: bool) -> String {
 }
 
 fn facts(page: &mut Page, results: &CardResults) {
-    let collisions = results.summary.as_ref().map_or(0, |summary| summary.collisions);
+    let collisions = results
+        .summary
+        .as_ref()
+        .map_or(0, |summary| summary.collisions);
     page.facts(&[
         ("source of what is expected", results.card.source.clone()),
         ("processor time", results.processor_time()),
@@ -186,7 +229,10 @@ fn table(page: &mut Page, results: &CardResults) {
     page.heading("All results");
     let answers = summary.points.iter().flat_map(|point| {
         let label = point.short_label();
-        point.answers.iter().map(move |answer| answer.cells(label.clone()))
+        point
+            .answers
+            .iter()
+            .map(move |answer| answer.cells(label.clone()))
     });
     page.table(&EXPECTATIONS, &answers.collect::<Vec<_>>());
 }
@@ -214,7 +260,16 @@ pub fn validation(
     page.paragraph(&scatter_in_words(all));
     page.heading("Studies");
     let rows: Vec<Vec<String>> = all.iter().map(|(results, _)| row(results)).collect();
-    page.table(&["study", "result", "largest share of the tolerance", "collisions", "source"], &rows);
+    page.table(
+        &[
+            "study",
+            "result",
+            "largest share of the tolerance",
+            "collisions",
+            "source",
+        ],
+        &rows,
+    );
     page.part(PagePart::Results);
     for (results, _) in all {
         let Some(summary) = &results.summary else {
@@ -223,13 +278,16 @@ pub fn validation(
         page.heading(&results.card.title);
         let answers = summary.points.iter().flat_map(|point| {
             let label = point.short_label();
-            point.answers.iter().map(move |answer| answer.cells(label.clone()))
+            point
+                .answers
+                .iter()
+                .map(move |answer| answer.cells(label.clone()))
         });
         page.table(&EXPECTATIONS, &answers.collect::<Vec<_>>());
     }
-    let pages = all.iter().map(|(results, _)| {
-        (results.card.page(), results.card.title.clone())
-    });
+    let pages = all
+        .iter()
+        .map(|(results, _)| (results.card.page(), results.card.title.clone()));
     page.files(&pages.collect::<Vec<_>>());
     let revision = REVISION.unwrap_or("unknown");
     page.code(&format!("{command}\n# revision {revision}, {RUSTC}"));
@@ -256,10 +314,15 @@ fn scatter_in_words(all: &[(CardResults, Pictures)]) -> String {
         .filter_map(|(results, _)| results.summary.as_ref())
         .flat_map(carom_sweeps::summary::SweepSummary::judged)
         .filter(|(_, answer)| !answer.is_bound())
-        .filter_map(|(_, answer)| Some(answer.difference / answer.standard_error.filter(|error| *error > 0.0)?));
+        .filter_map(|(_, answer)| {
+            Some(answer.difference / answer.standard_error.filter(|error| *error > 0.0)?)
+        });
     let deviations: Vec<f64> = answers.map(f64::abs).collect();
     let within = |errors: f64| {
-        let count = deviations.iter().filter(|deviation| **deviation <= errors).count();
+        let count = deviations
+            .iter()
+            .filter(|deviation| **deviation <= errors)
+            .count();
         100.0 * count as f64 / deviations.len().max(1) as f64
     };
     format!(
@@ -282,10 +345,9 @@ fn row(results: &CardResults) -> Vec<String> {
             .filter(|(_, answer)| !answer.is_bound() && answer.allowed > 0.0)
             .map(|(_, answer)| (answer.difference / answer.allowed).abs())
     });
-    let share = shares.reduce(f64::max).map_or_else(
-        || "–".to_owned(),
-        |share| format!("{share:.2}"),
-    );
+    let share = shares
+        .reduce(f64::max)
+        .map_or_else(|| "–".to_owned(), |share| format!("{share:.2}"));
     vec![
         results.card.study.clone(),
         results.verdict(),

@@ -58,7 +58,10 @@ impl CardResults {
     /// part of the results.
     pub fn make(card: &Card, site: &Path, making: Making) -> Result<Self> {
         let folder = card.results(site, making.is_quick);
-        let study = site.join("studies").join(&card.study).with_extension("toml");
+        let study = site
+            .join("studies")
+            .join(&card.study)
+            .with_extension("toml");
         write(&study, card.example()?.text)?;
         let revision = begun_by(&folder, making.force)?;
         let ended = several::run(&options(study, &folder, making));

@@ -41,9 +41,11 @@ pub(super) const SCRIPT: &str = include_str!("../gallery.js");
 
 /// The elements of a gallery.
 pub(super) fn html(cards: &[GalleryCard]) -> String {
-    let subjects: BTreeSet<&str> = cards
+    // In the order of the alphabet, whatever the case.
+    let subjects: BTreeSet<(String, &str)> = cards
         .iter()
-        .flat_map(|card| card.subjects.iter().map(String::as_str))
+        .flat_map(|card| &card.subjects)
+        .map(|subject| (subject.to_lowercase(), subject.as_str()))
         .collect();
     let mut html = format!(
         "<style>\n{STYLE}</style>\n<div class=\"filter\">\n\
@@ -51,14 +53,16 @@ pub(super) fn html(cards: &[GalleryCard]) -> String {
          <div class=\"subjects\">\n<button type=\"button\" aria-pressed=\"true\" data-subject=\"\">all</button>\n",
         cards.len()
     );
-    for subject in subjects {
+    for (_, subject) in subjects {
         let _ = writeln!(
             html,
             "<button type=\"button\" aria-pressed=\"false\" data-subject=\"{0}\">{0}</button>",
             escape(subject)
         );
     }
-    html.push_str("</div>\n<p id=\"found\" role=\"status\"></p>\n</div>\n<div class=\"gallery\">\n");
+    html.push_str(
+        "</div>\n<p id=\"found\" role=\"status\"></p>\n</div>\n<div class=\"gallery\">\n",
+    );
     for (index, card) in cards.iter().enumerate() {
         html.push_str(&card_html(index, card));
     }
@@ -117,7 +121,11 @@ mod tests {
     #[test]
     fn cards_are_escaped_and_clip_paths_keep_apart() {
         let svg = "<svg><clipPath id=\"p0\"></clipPath><g clip-path=\"url(#p0)\"></g></svg>";
-        let html = html(&[card("a < b", svg), card("c", svg), card("d", "<svg><script/></svg>")]);
+        let html = html(&[
+            card("a < b", svg),
+            card("c", svg),
+            card("d", "<svg><script/></svg>"),
+        ]);
         assert!(html.contains("a &lt; b") && html.contains("data-subject=\"heat &amp; light\""));
         for name in ["card0-p0", "card1-p0"] {
             assert_eq!(html.matches(name).count(), 2, "{name}");
