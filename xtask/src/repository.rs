@@ -1,8 +1,8 @@
 //! The repository from which this program was built, and the programs that its commands call.
 
 use std::{
-    env,
-    path::Path,
+    env, fs,
+    path::{Path, PathBuf},
     process::{Command, Stdio},
 };
 
@@ -16,6 +16,37 @@ pub fn root() -> Result<&'static Path> {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .parent()
         .context("xtask lies inside the repository")
+}
+
+/// The folder of what cargo builds.
+///
+/// # Errors
+/// The crate has been moved out of the repository.
+pub fn target_folder() -> Result<PathBuf> {
+    let given = env::var_os("CARGO_TARGET_DIR").map(PathBuf::from);
+    given.map_or_else(|| Ok(root()?.join("target")), Ok)
+}
+
+/// Copies a folder with all that it holds into another one.
+///
+/// # Errors
+/// A file cannot be read or written.
+pub fn copy_folder(from: &Path, to: &Path) -> Result<()> {
+    let unreadable = || format!("cannot read the folder {}", from.display());
+    fs::create_dir_all(to).with_context(|| format!("cannot create {}", to.display()))?;
+    for entry in fs::read_dir(from).with_context(unreadable)? {
+        let path = entry.with_context(unreadable)?.path();
+        let Some(name) = path.file_name() else {
+            continue;
+        };
+        if path.is_dir() {
+            copy_folder(&path, &to.join(name))?;
+        } else {
+            fs::copy(&path, to.join(name))
+                .with_context(|| format!("cannot copy {}", path.display()))?;
+        }
+    }
+    Ok(())
 }
 
 /// Whether a program of this name is in a folder of the variable PATH.

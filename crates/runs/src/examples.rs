@@ -95,7 +95,7 @@ impl Example {
         }
         let last = |example: &&Self| example.name.rsplit('/').next() == Some(wanted);
         match &Self::all().filter(last).collect::<Vec<_>>()[..] {
-            [example] => Ok(example),
+            [example] => Ok(*example),
             [] => bail!(
                 "there is no example '{name}'{}; `carom example` lists all",
                 did_you_mean(name, Self::all().map(|example| example.name))

@@ -133,7 +133,7 @@ impl Metadata {
             if !found.insert(id) {
                 continue;
             }
-            let dependencies = nodes.get(id).map_or(&[][..], |node| &node.deps);
+            let dependencies = nodes.get(id).map_or(&[][..], |node| &node.deps[..]);
             let is_compiled = |dependency: &&NodeDependency| {
                 let kinds = &dependency.dep_kinds;
                 kinds.iter().any(|kind| kind.kind.as_deref() != Some("dev"))

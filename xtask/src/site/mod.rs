@@ -140,29 +140,19 @@ fn parts(options: &SiteOptions) -> Result<Parts> {
     let shell = Shell { root };
     if repository::has_program("mdbook") {
         let book = site.join("book");
-        shell.succeed(
-            "mdbook",
-            &[
-                "build",
-                "crates/book",
-                "--dest-dir",
-                &book.to_string_lossy(),
-            ],
-        )?;
+        let book = book.to_string_lossy();
+        shell.succeed("mdbook", &["build", "crates/book", "--dest-dir", &book])?;
         parts.push(("book/index.html".to_owned(), "Book".to_owned()));
     } else {
         print_line("site: skipped: the book: mdbook is not installed");
     }
     if options.reference {
-        let target = site.join("reference");
-        let arguments = ["doc", "--workspace", "--no-deps", "--target-dir"];
-        shell.succeed(
-            "cargo",
-            &[&arguments[..], &[&target.to_string_lossy()]].concat(),
-        )?;
+        shell.succeed("cargo", &["doc", "--workspace", "--no-deps"])?;
+        let written = repository::target_folder()?.join("doc");
+        repository::copy_folder(&written, &site.join("reference"))?;
         parts.push((
-            "reference/doc/carom/index.html".to_owned(),
-            "Rust".to_owned(),
+            "reference/carom/index.html".to_owned(),
+            "Rust reference".to_owned(),
         ));
     } else {
         print_line("site: skipped: the reference of the Rust crates: --reference writes it");
@@ -173,4 +163,72 @@ fn parts(options: &SiteOptions) -> Result<Parts> {
         }
     }
     Ok(parts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A summary with one judged result, which holds or does not.
+    fn summary(passed: bool) -> String {
+        format!(
+            r#"{{
+                "title": "A blast", "collisions": 600, "collisions_per_second": 300.0,
+                "points_wanted": 1, "points_complete": 1,
+                "checks": [{{ "name": "power of time: difference from 0.5", "passed": {passed} }}],
+                "points": [{{ "label": "gas.0.radius = 0.1", "answers": [{{
+                    "quantity": "power of time of the front", "unit": "1", "value": 0.4949,
+                    "standard_error": 0.0001, "expected": "0.5", "allowed": 0.0204,
+                    "difference": 0.0051, "passed": {passed}, "source": "Sedov (1946)"
+                }}] }}]
+            }}"#
+        )
+    }
+
+    fn results(passed: bool) -> Vec<(CardResults, Pictures)> {
+        let folder = tempfile::tempdir().unwrap();
+        write(&folder.path().join("summary.json"), &summary(passed)).unwrap();
+        let cards = selected(Card::all().unwrap(), &["fields/blast".to_owned()]).unwrap();
+        let results = CardResults::read(&cards[0], folder.path(), "abc".to_owned());
+        vec![(results, Pictures::default())]
+    }
+
+    #[test]
+    fn a_result_that_does_not_hold_fails_the_command_and_stands_first_on_the_page() {
+        let site = Path::new("site");
+        for passed in [true, false] {
+            let all = results(passed);
+            let verdict = conclude(&all, site);
+            assert_eq!(verdict == Verdict::Passed, passed);
+            let page = pages::gallery(&all, &Vec::new(), true, "cargo xtask site --quick");
+            assert_eq!(page.contains("FAILED"), !passed);
+            assert!(page.contains("0.49490 ± 0.00010") && page.contains("Sedov (1946)"));
+            assert!(page.contains("2.0 s of processor time"));
+            let own = pages::of_card(&all[0].0, &all[0].1, &Vec::new(), true);
+            assert!(own.contains("carom example fields/blast --out blast.toml"));
+            let validation = pages::validation(&all, &Vec::new(), true, "cargo xtask site");
+            assert!(validation.contains("0.25") && validation.contains("Sedov (1946)"));
+        }
+    }
+
+    #[test]
+    fn a_sweep_without_summary_and_a_quantity_that_is_not_there_are_faults() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut card = Card::all().unwrap().remove(0);
+        let none = CardResults::read(&card, folder.path(), String::new());
+        assert!(!none.passed() && none.faults[0].contains("summary.json"));
+        write(&folder.path().join("summary.json"), &summary(true)).unwrap();
+        card.quantity = "entropy".to_owned();
+        let other = CardResults::read(&card, folder.path(), String::new());
+        assert!(other.faults[0].contains("'entropy'"), "{:?}", other.faults);
+    }
+
+    #[test]
+    fn unknown_cards_are_refused() {
+        let error = selected(Card::all().unwrap(), &["blast".to_owned()]).unwrap_err();
+        assert!(
+            error.to_string().contains("no card shows 'blast'"),
+            "{error}"
+        );
+    }
 }

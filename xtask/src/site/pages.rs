@@ -159,10 +159,8 @@ pub fn of_card(
         .map(|svg| (svg.as_str(), ""))
         .collect();
     if !pictures.start.is_empty() {
-        charts.push((
-            &pictures.start,
-            "The bodies at the start of the first point.",
-        ));
+        let caption = "The bodies at the start of the first point.";
+        charts.push((pictures.start.as_str(), caption));
     }
     page.pictures(Layout::Beside, &charts);
     page.part(PagePart::Results);

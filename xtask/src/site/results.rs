@@ -73,7 +73,7 @@ impl CardResults {
     }
 
     /// Reads the results of a card from the folder of its sweep.
-    fn read(card: &Card, folder: &Path, revision: String) -> Self {
+    pub fn read(card: &Card, folder: &Path, revision: String) -> Self {
         let read = SweepSummary::read(folder).and_then(|summary| {
             let mut faults = summary.faults();
             if headline(card, &summary).is_none() {
