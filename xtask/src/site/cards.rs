@@ -10,8 +10,8 @@ use anyhow::{Context, Result, ensure};
 use carom_runs::examples::Example;
 use serde::Deserialize;
 
-/// The file of the list, beside the studies.
-const LIST: &str = include_str!("../../../crates/runs/examples/gallery.toml");
+/// The file of the list.
+const LIST: &str = include_str!("gallery.toml");
 
 /// The list.
 #[derive(Debug, Deserialize)]
@@ -65,7 +65,7 @@ impl Card {
     /// # Errors
     /// The list is invalid, see [`parse`].
     pub fn all() -> Result<Vec<Self>> {
-        parse(LIST).context("crates/runs/examples/gallery.toml")
+        parse(LIST).context("xtask/src/site/gallery.toml")
     }
 
     /// The study that the program carries.
