@@ -1,8 +1,10 @@
 //! Passes the version of the compiler and the revision of the sources to this crate, for the
-//! manifest of each run.
+//! manifest of each run, and lists the studies that it carries.
 
 use std::{
-    env, fs,
+    env,
+    fmt::Write as _,
+    fs, io,
     path::{Path, PathBuf},
     process::Command,
 };
@@ -14,9 +16,56 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-env-changed=CAROM_REVISION");
     let given = env::var("CAROM_REVISION").ok();
-    if let Some(revision) = given.or_else(revision) {
+    let revision = given.or_else(revision);
+    if let Some(revision) = &revision {
         println!("cargo::rustc-env=CAROM_REVISION={revision}");
     }
+    let package = env::var("CARGO_PKG_VERSION").unwrap_or_default();
+    let revision = revision.map_or_else(String::new, |revision| format!("revision {revision}, "));
+    println!("cargo::rustc-env=CAROM_BUILD={package} ({revision}{version})");
+    if let Err(error) = list_studies() {
+        println!("cargo::error=the studies in {STUDIES} cannot be listed: {error}");
+    }
+}
+
+/// Folder of the studies that are compared with theory, relative to this crate.
+const STUDIES: &str = "examples/theory";
+
+/// Writes the studies of the folder as an array of examples, in the order of their names, which
+/// are their paths: `fields/blast`.
+fn list_studies() -> io::Result<()> {
+    println!("cargo::rerun-if-changed={STUDIES}");
+    let variable = |name: &str| env::var(name).map_err(io::Error::other);
+    let folder = PathBuf::from(variable("CARGO_MANIFEST_DIR")?).join(STUDIES);
+    let mut names = Vec::new();
+    collect_studies(&folder, "", &mut names)?;
+    names.sort();
+    let mut text = "[\n".to_owned();
+    for name in names {
+        let path = folder.join(format!("{name}.toml"));
+        let _ = writeln!(
+            text,
+            "    Example {{ name: {name:?}, command: \"sweep\", text: include_str!({path:?}) }},"
+        );
+    }
+    text.push_str("]\n");
+    fs::write(PathBuf::from(variable("OUT_DIR")?).join("studies.rs"), text)
+}
+
+/// Adds the names of the studies in a folder and those inside it.
+fn collect_studies(folder: &Path, prefix: &str, names: &mut Vec<String>) -> io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        let Some(stem) = path.file_stem().and_then(|stem| stem.to_str()) else {
+            continue;
+        };
+        if path.is_dir() {
+            collect_studies(&path, &format!("{prefix}{stem}/"), names)?;
+        } else if path.extension().is_some_and(|ending| ending == "toml") {
+            names.push(format!("{prefix}{stem}"));
+        }
+    }
+    Ok(())
 }
 
 /// Returns what a program writes, if it succeeds and writes anything.

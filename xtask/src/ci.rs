@@ -12,6 +12,8 @@ use anyhow::{Context, Result};
 use carom_runs::print_line;
 use carom_tables::Verdict;
 
+use crate::repository;
+
 /// Seed of the fuzzers: cases stay the same. Fresh seeds are for runs by hand.
 const FUZZ_SEED: &str = "18";
 
@@ -20,12 +22,8 @@ const FUZZ_SEED: &str = "18";
 /// # Errors
 /// A step that cannot be started.
 pub fn run() -> Result<Verdict> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .parent()
-        .context("xtask lies inside the repository")?;
-    let target =
-        std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
-    let folder = target.join("ci");
+    let root = repository::root()?;
+    let folder = repository::target_folder()?.join("ci");
     fs::create_dir_all(&folder).with_context(|| format!("cannot create {}", folder.display()))?;
     let steps = Steps {
         root,

@@ -8,7 +8,7 @@ use clap::{Parser, Subcommand};
 use crate::{
     attack, bench, ci,
     experiments::{all, capability_cost, encounters, extremes, studies, thesis_tests},
-    fuzz, surface, tidy,
+    fuzz, release, site, surface, tidy,
 };
 
 /// Commands for experiments and checks with carom. Exit codes: 0 success, 1 a check failed, 2
@@ -64,6 +64,12 @@ pub enum XtaskCommand {
     Tidy,
     /// Compare the public items of the facade and the layers with the committed list
     Surface(surface::SurfaceOptions),
+    /// Write the site: a gallery of studies with their results, how they were validated, the book
+    /// and the Rust reference
+    Site(site::SiteOptions),
+    /// Write all that a release would upload into one folder, with checksums and the commands that
+    /// publish it; nothing is uploaded
+    Release(release::ReleaseOptions),
     /// Run everything that must hold before a change lands; what `.ci/run` calls
     Ci,
 }
@@ -136,7 +142,7 @@ impl Program for Cli {
     /// Chores of the repository print what they do, and workers are parts of other commands.
     fn shows_progress(&self) -> bool {
         match &self.command {
-            XtaskCommand::Experiment(_) => true,
+            XtaskCommand::Experiment(_) | XtaskCommand::Site(_) => true,
             XtaskCommand::Carom(carom) => carom.shows_progress(),
             _ => false,
         }
@@ -203,6 +209,8 @@ impl Program for Cli {
             }
             XtaskCommand::Tidy => tidy::run(parse),
             XtaskCommand::Surface(options) => surface::run(options),
+            XtaskCommand::Site(options) => site::run(options),
+            XtaskCommand::Release(options) => release::run(options),
             XtaskCommand::Ci => ci::run(),
         }
     }

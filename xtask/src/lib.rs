@@ -6,5 +6,8 @@ pub mod ci;
 pub mod cli;
 pub mod experiments;
 pub mod fuzz;
+pub mod release;
+pub mod repository;
+pub mod site;
 pub mod surface;
 pub mod tidy;

@@ -19,7 +19,7 @@ use clap::{Parser, Subcommand};
 /// Exit codes: 0 success, 1 a check or the run failed, 2 invalid input, 3 a sweep or merge has
 /// written its results but runs or replicas are missing, 129, 130 or 143 interrupted by a signal.
 #[derive(Debug, Parser)]
-#[command(name = "carom", version)]
+#[command(name = "carom", version = carom_runs::manifest::BUILD)]
 pub struct Cli {
     /// The command.
     #[command(subcommand)]
@@ -108,5 +108,17 @@ mod tests {
     #[test]
     fn the_options_of_all_commands_fit_together() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn the_version_names_the_compiler_and_in_a_repository_the_revision() {
+        let command = Cli::command();
+        let version = command.get_version().unwrap();
+        assert!(
+            version.starts_with(carom::VERSION) && version.contains("rustc "),
+            "{version}"
+        );
+        let is_known = carom_runs::manifest::REVISION.is_some();
+        assert_eq!(version.contains("revision "), is_known, "{version}");
     }
 }

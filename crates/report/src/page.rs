@@ -5,6 +5,7 @@
 //! writing: the verdict with what carries it, the moving picture, results, data, the command, and
 //! checks.
 
+mod gallery;
 mod inert_svg;
 mod parts;
 
@@ -17,6 +18,7 @@ use carom_tables::{
 };
 use sha2::{Digest as _, Sha256};
 
+pub use gallery::GalleryCard;
 pub use parts::PagePart;
 use parts::PageParts;
 
@@ -24,6 +26,8 @@ use parts::PageParts;
 #[derive(Debug, Clone)]
 pub struct Page {
     title: String,
+    /// Links above the title.
+    navigation: String,
     lead: String,
     verdict: String,
     /// Above the verdict.
@@ -61,10 +65,11 @@ impl Page {
     /// A page with its title and an introductory sentence.
     pub fn new(title: &str, lead: &str) -> Self {
         let (title, lead) = (title.to_owned(), lead.to_owned());
-        let [verdict, errors, notes] = [const { String::new() }; 3];
+        let [navigation, verdict, errors, notes] = [const { String::new() }; 4];
         let (checks, parts) = (Vec::new(), PageParts::default());
         Self {
             title,
+            navigation,
             lead,
             verdict,
             errors,
@@ -73,6 +78,21 @@ impl Page {
             parts,
             part: PagePart::Results,
         }
+    }
+
+    /// Adds links to other pages of a site above the title: paths relative to the page, with
+    /// their names.
+    pub fn navigation(&mut self, links: &[(String, String)]) {
+        let links: Vec<String> = links
+            .iter()
+            .map(|(path, name)| format!("<a href=\"{}\">{}</a>", escape(path), escape(name)))
+            .collect();
+        self.navigation = format!("<p class=\"files\">{}</p>\n", links.join(" · "));
+    }
+
+    /// Adds a gallery of cards, with a box and buttons that filter them.
+    pub fn gallery(&mut self, cards: &[GalleryCard]) {
+        self.push(&gallery::html(cards));
     }
 
     /// Sets the verdict: the answer in a sentence, above everything else. The default is the result
@@ -314,7 +334,8 @@ impl Page {
 
     /// Returns the complete file.
     pub fn html(&self) -> String {
-        let mut body = format!("<h1>{}</h1>\n", escape(&self.title));
+        let mut body = self.navigation.clone();
+        let _ = writeln!(body, "<h1>{}</h1>", escape(&self.title));
         body.push_str(&self.errors);
         let verdict = match self.verdict.as_str() {
             "" if self.checks.is_empty() => String::new(),
@@ -369,9 +390,10 @@ fn laid_out(title: &str, body: &str) -> String {
 /// which it is made, and nothing is loaded. Scripts are named by their hashes, so that a page made
 /// again has the same bytes. The hash is that of the whole text of the element.
 fn policy() -> String {
-    let [theme, player] = [THEME, PLAYER].map(|script| hash_source(&format!("\n{script}")));
+    let [theme, player, gallery] =
+        [THEME, PLAYER, gallery::SCRIPT].map(|script| hash_source(&format!("\n{script}")));
     format!(
-        "default-src 'none'; script-src {theme} {player}; style-src 'unsafe-inline'; img-src data:; \
+        "default-src 'none'; script-src {theme} {player} {gallery}; style-src 'unsafe-inline'; img-src data:; \
          base-uri 'none'; form-action 'none'"
     )
 }
@@ -440,10 +462,10 @@ fn link(path: &str) -> String {
     format!("<a href=\"{0}\">{0}</a>", escape(path))
 }
 
-/// A picture with a caption in HTML.
-fn figure(svg: &str, caption: &str) -> String {
+/// A picture without what stands before its element, or the reason for which it is not shown.
+fn picture(svg: &str) -> String {
     let svg = &svg[svg.find("<svg").unwrap_or(0)..];
-    let svg = match inert_svg::fault(svg) {
+    match inert_svg::fault(svg) {
         None => svg.to_owned(),
         Some(fault) => {
             format!(
@@ -451,7 +473,12 @@ fn figure(svg: &str, caption: &str) -> String {
                 escape(&fault)
             )
         }
-    };
+    }
+}
+
+/// A picture with a caption in HTML.
+fn figure(svg: &str, caption: &str) -> String {
+    let svg = picture(svg);
     let caption = if caption.is_empty() {
         String::new()
     } else {

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, bail, ensure};
 use carom::engine::did_you_mean;
 use carom_tables::Verdict;
 use clap::Args;
@@ -42,8 +42,8 @@ macro_rules! example {
     };
 }
 
-/// All examples: scenes, then studies.
-pub const EXAMPLES: [Example; 16] = [
+/// Examples to begin with: scenes, then studies.
+const BEGINNINGS: [Example; 16] = [
     example!("tee"),
     example!("mixture"),
     example!("clustering"),
@@ -62,6 +62,10 @@ pub const EXAMPLES: [Example; 16] = [
     example!(study "shapes"),
 ];
 
+/// Studies that are compared with theory and published values: all in the folder `examples/theory`
+/// of this crate, with the names of their folders, such as `fields/blast`.
+const THEORY: &[Example] = &include!(concat!(env!("OUT_DIR"), "/studies.rs"));
+
 /// Options of `carom example`.
 #[derive(Debug, Clone, Args)]
 pub struct ExamplesOptions {
@@ -74,23 +78,33 @@ pub struct ExamplesOptions {
 }
 
 impl Example {
-    /// The example of this name.
+    /// All examples: scenes and studies to begin with, then studies compared with theory.
+    pub fn all() -> impl Iterator<Item = &'static Self> {
+        BEGINNINGS.iter().chain(THEORY)
+    }
+
+    /// The example of this name. The folder of a study may be left out where no other example has
+    /// its name.
     ///
     /// # Errors
-    /// There is none.
+    /// There is none, or there are several.
     pub fn named(name: &str) -> Result<&'static Self> {
-        let found = EXAMPLES
-            .iter()
-            .find(|example| example.name == name.trim_end_matches(".toml"));
-        found.with_context(|| {
-            let names = || EXAMPLES.iter().map(|example| example.name);
-            let all: Vec<&str> = names().collect();
-            format!(
-                "there is no example '{name}'{}; they are {}",
-                did_you_mean(name, names()),
-                all.join(", ")
-            )
-        })
+        let wanted = name.trim_end_matches(".toml");
+        if let Some(example) = Self::all().find(|example| example.name == wanted) {
+            return Ok(example);
+        }
+        let last = |example: &&Self| example.name.rsplit('/').next() == Some(wanted);
+        match &Self::all().filter(last).collect::<Vec<_>>()[..] {
+            [example] => Ok(*example),
+            [] => bail!(
+                "there is no example '{name}'{}; `carom example` lists all",
+                did_you_mean(name, Self::all().map(|example| example.name))
+            ),
+            several => bail!(
+                "several examples are called '{name}': give the folder, as in {}",
+                several[0].name
+            ),
+        }
     }
 
     /// What it is about: its first sentence.
@@ -104,13 +118,27 @@ impl Example {
             .take_while(|line| !line.is_empty())
             .collect::<Vec<_>>()
             .join(" ");
-        let end = words.find(". ").map_or(words.len(), |end| end + 1);
-        words[..end]
+        words[..sentence_end(&words)]
             .split("  ")
             .next()
             .unwrap_or_default()
             .to_owned()
     }
+}
+
+/// Where the first sentence ends: at a full stop before a space, outside of parentheses, in which
+/// sources have abbreviations.
+fn sentence_end(words: &str) -> usize {
+    let mut depth = 0_i32;
+    for (at, letter) in words.char_indices() {
+        match letter {
+            '(' => depth += 1,
+            ')' => depth -= 1,
+            '.' if depth == 0 && words[at + 1..].starts_with(' ') => return at + 1,
+            _ => (),
+        }
+    }
+    words.len()
 }
 
 /// Lists the examples, or prints or writes one.
@@ -133,9 +161,13 @@ pub fn run(options: &ExamplesOptions) -> Result<Verdict> {
 
 fn list() {
     let entry = |example: &Example| json!({ "name": example.name, "about": example.about(), "command": example.command });
-    put("examples", &EXAMPLES.iter().map(entry).collect::<Vec<_>>());
-    for example in EXAMPLES {
+    put("examples", &Example::all().map(entry).collect::<Vec<_>>());
+    for example in BEGINNINGS {
         print_line(&format!("{:<20}{}", example.name, example.about()));
+    }
+    print_line("\nStudies that are compared with theory and published values:");
+    for example in THEORY {
+        print_line(&format!("{:<34}{}", example.name, example.about()));
     }
     print_line(
         "\nTo begin with one: carom example mixture --out mixture.toml && carom run mixture.toml",
@@ -163,7 +195,7 @@ mod tests {
 
     #[test]
     fn all_examples_are_valid_and_say_what_they_are_about() {
-        for example in EXAMPLES {
+        for example in Example::all() {
             let about = example.about();
             assert!(
                 about.len() > 20 && about.ends_with('.'),
@@ -180,6 +212,15 @@ mod tests {
     #[test]
     fn an_example_is_found_by_its_name_or_file() {
         assert_eq!(Example::named("mixture.toml").unwrap().name, "mixture");
+        assert_eq!(Example::named("blast").unwrap().name, "fields/blast");
+        assert_eq!(Example::named("conduction").unwrap().command, "run");
+        let theory = Example::named("fields/conduction").unwrap();
+        assert_eq!(theory.command, "sweep");
+        let tables = Example::named("chaos/tables").unwrap().about();
+        assert!(
+            tables.ends_with("(Bunimovich, Commun. Math. Phys. 65 (1979) 295)."),
+            "{tables}"
+        );
         let unknown = Example::named("mixtur").unwrap_err().to_string();
         assert!(unknown.contains("did you mean `mixture`?"), "{unknown}");
     }

@@ -12,6 +12,15 @@ use crate::{
     output::{Folder, MANIFEST},
 };
 
+/// Revision of the sources from which the program was built, if that was in a repository.
+pub const REVISION: Option<&str> = option_env!("CAROM_REVISION");
+
+/// The compiler that built the program.
+pub const RUSTC: &str = env!("CAROM_RUSTC_VERSION");
+
+/// Version of the program, revision of its sources, and the compiler that built it.
+pub const BUILD: &str = env!("CAROM_BUILD");
+
 /// `manifest.json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Manifest {
@@ -118,8 +127,8 @@ impl Manifest {
         Self {
             program: "carom",
             version: carom::VERSION,
-            revision: option_env!("CAROM_REVISION"),
-            rustc: env!("CAROM_RUSTC_VERSION"),
+            revision: REVISION,
+            rustc: RUSTC,
             processor: processor(),
             logical_processors: std::thread::available_parallelism().map_or(1, usize::from),
             command: given()
@@ -272,6 +281,10 @@ mod tests {
         assert!(Manifest::is_complete(&folder));
         let written = read();
         assert_eq!(written["complete"], true);
+        assert!(
+            BUILD.starts_with(carom::VERSION) && BUILD.contains(RUSTC),
+            "{BUILD}"
+        );
         assert_eq!(written["streams"][0]["seed"], u64::MAX);
         assert_eq!(written["streams"][1]["stream"], 49);
         assert_eq!(written["cpu_seconds"], 1.5);

@@ -3,9 +3,9 @@
 
 use anyhow::{Context, Result, bail, ensure};
 use carom::engine::did_you_mean;
-use carom_tables::{Check, Figure, Role, Table, with_error};
+use carom_tables::{Check, Figure, Role, Table, named, two_digits, with_error};
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use toml::Value;
 
 use crate::figure_name::without_numbers;
@@ -108,22 +108,36 @@ enum Requested {
     Below(f64),
 }
 
+/// Header of a table of [`ExpectationAnswer::cells`].
+pub const EXPECTATIONS: [&str; 7] = [
+    "result",
+    "point",
+    "quantity",
+    "measured",
+    "expected",
+    "may differ by",
+    "source",
+];
+
 /// A measured quantity against what is expected of it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExpectationAnswer {
     /// The quantity.
     pub quantity: String,
     /// Its unit.
     pub unit: String,
     /// What was measured; NaN is written as null.
+    #[serde(deserialize_with = "number_or_null")]
     pub value: f64,
     /// The standard error, where it is known.
     pub standard_error: Option<f64>,
     /// What is expected, such as `1.5` or `> 0`.
     pub expected: String,
     /// The largest allowed difference.
+    #[serde(deserialize_with = "number_or_null")]
     pub allowed: f64,
     /// Difference from what is expected; of bounds, by how much they are missed.
+    #[serde(deserialize_with = "number_or_null")]
     pub difference: f64,
     /// Whether it is as expected.
     pub passed: bool,
@@ -137,10 +151,44 @@ pub struct ExpectationAnswer {
     pub source: String,
 }
 
+/// Reads a number, or null, which is NaN.
+fn number_or_null<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
+}
+
 impl ExpectationAnswer {
     /// Whether this is a failure of the study.
     pub fn has_failed(&self) -> bool {
         !self.passed && !self.show_only
+    }
+
+    /// Its cells in a table with the header [`EXPECTATIONS`].
+    pub fn cells(&self, point: String) -> Vec<String> {
+        let result = match (self.show_only, self.passed) {
+            (true, _) => "only shown",
+            (_, true) => "as expected",
+            (_, false) => "NOT AS EXPECTED",
+        };
+        let allowed = if self.is_bound() {
+            "–".to_owned()
+        } else {
+            with_error(two_digits(self.allowed), None)
+        };
+        // The result stands first: a narrow screen shows the first columns.
+        vec![
+            result.to_owned(),
+            point,
+            named(&self.quantity, &self.unit),
+            with_error(self.value, self.standard_error),
+            self.rounded(),
+            allowed,
+            self.source.clone(),
+        ]
+    }
+
+    /// Whether what is expected is a bound and not a value.
+    pub fn is_bound(&self) -> bool {
+        self.expected.starts_with(['<', '>'])
     }
 
     /// The answer as a check, named with its point.

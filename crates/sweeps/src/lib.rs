@@ -51,6 +51,7 @@ pub mod shard;
 pub mod slurm;
 pub mod stored;
 mod study;
+pub mod summary;
 pub mod sweep;
 mod table;
 pub mod vary;

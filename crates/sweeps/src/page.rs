@@ -9,12 +9,12 @@ use carom_runs::{
     output::Folder,
     report::{PAGE, stationarity_in_words, tests_in_words},
 };
-use carom_tables::{Summary, named, two_digits, with_error};
+use carom_tables::Summary;
 
 use crate::{
     charts::{charts, overlaid},
     errors,
-    expect::ExpectationAnswer,
+    expect::{EXPECTATIONS, ExpectationAnswer},
     layout::{STUDY, SweepFolder},
     missing::Missing,
     motion,
@@ -203,17 +203,6 @@ fn smallest_differences(page: &mut Page, study: &Study, points: &[PointResults])
     }
 }
 
-/// Header of a table of expectations.
-const EXPECTATIONS: [&str; 7] = [
-    "result",
-    "point",
-    "quantity",
-    "measured",
-    "expected",
-    "may differ by",
-    "source",
-];
-
 fn answers(points: &[PointResults]) -> Vec<(&PointResults, &ExpectationAnswer)> {
     points
         .iter()
@@ -222,27 +211,7 @@ fn answers(points: &[PointResults]) -> Vec<(&PointResults, &ExpectationAnswer)> 
 }
 
 fn row(&(point, answer): &(&PointResults, &ExpectationAnswer)) -> Vec<String> {
-    let result = match (answer.show_only, answer.passed) {
-        (true, _) => "only shown",
-        (_, true) => "as expected",
-        (_, false) => "NOT AS EXPECTED",
-    };
-    let is_bound = answer.expected.starts_with(['<', '>']);
-    let allowed = if is_bound {
-        "–".to_owned()
-    } else {
-        with_error(two_digits(answer.allowed), None)
-    };
-    // The result stands first: a narrow screen shows the first columns.
-    vec![
-        result.to_owned(),
-        point.short_label(),
-        named(&answer.quantity, &answer.unit),
-        with_error(answer.value, answer.standard_error),
-        answer.rounded(),
-        allowed,
-        answer.source.clone(),
-    ]
+    answer.cells(point.short_label())
 }
 
 /// What was varied.

@@ -50,11 +50,16 @@ pub fn run(experiment: &str, options: &StudiesOptions) -> Result<Verdict> {
     })
 }
 
-/// The studies of an experiment: a folder of `xtask/studies/theory`, or the files of
+/// Folder of the studies that are compared with theory, which the program carries as examples.
+fn theory() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/runs/examples/theory")
+}
+
+/// The studies of an experiment: a folder of `crates/runs/examples/theory`, or the files of
 /// `xtask/studies` that begin with its name.
 fn studies(experiment: &str) -> Vec<PathBuf> {
     let studies = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies");
-    let folder = studies.join("theory").join(experiment);
+    let folder = theory().join(experiment);
     if folder.is_dir() {
         return vec![folder];
     }
@@ -81,8 +86,7 @@ mod tests {
                 .unwrap()
                 .map(|entry| entry.unwrap().path())
         };
-        let theory = Path::new(env!("CARGO_MANIFEST_DIR")).join("studies/theory");
-        let mut all: Vec<PathBuf> = list(theory)
+        let mut all: Vec<PathBuf> = list(theory())
             .filter(|path| path.is_dir())
             .flat_map(list)
             .collect();

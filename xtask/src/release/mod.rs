@@ -1,0 +1,315 @@
+//! `cargo xtask release`: everything that a release would upload, in one folder, with its checksums
+//! and the commands that upload it. Nothing is uploaded.
+
+mod changes;
+mod citation;
+mod licences;
+mod metadata;
+
+use std::{
+    collections::BTreeMap,
+    fmt::Write as _,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use anyhow::{Context, Result, ensure};
+use carom_runs::print_line;
+use carom_tables::Verdict;
+use clap::Args;
+use sha2::{Digest as _, Sha256};
+
+use crate::repository::{self, Shell};
+use metadata::{Metadata, Package};
+
+/// Options of `cargo xtask release`.
+#[derive(Debug, Clone, Args)]
+pub struct ReleaseOptions {
+    /// Folder of the release; it must be new or empty
+    #[arg(long, value_name = "FOLDER", default_value = "target/release-files")]
+    pub out: PathBuf,
+    /// Also from sources that differ from the last commit, as a trial
+    #[arg(long)]
+    pub allow_dirty: bool,
+    /// Also install the program from the packaged crates in an empty folder, which compiles all of
+    /// them anew
+    #[arg(long)]
+    pub install: bool,
+}
+
+/// Parts of a release that cannot be made here, in words.
+type Skipped = Vec<String>;
+
+/// Writes all files of a release.
+///
+/// # Errors
+/// The sources have changes, the citation files do not fit the version, a package has no licence, a
+/// program fails, or a file cannot be written.
+pub fn run(options: &ReleaseOptions) -> Result<Verdict> {
+    let root = repository::root()?;
+    let shell = Shell { root };
+    let changed = shell.output("git", &["status", "--porcelain"])?;
+    ensure!(
+        changed.is_empty() || options.allow_dirty,
+        "the sources differ from the last commit: commit them, or make a trial with --allow-dirty"
+    );
+    let folder = std::path::absolute(&options.out).context("the current folder is unknown")?;
+    let is_new = fs::read_dir(&folder).map_or(true, |mut entries| entries.next().is_none());
+    ensure!(
+        is_new,
+        "{} is not empty: choose another folder with --out, or remove it",
+        folder.display()
+    );
+    create(&folder)?;
+    let metadata = Metadata::read(shell)?;
+    let crates = metadata.published()?;
+    let version = &crates.first().context("nothing is published")?.version;
+    citation::check(root, version)?;
+    let mut skipped = Skipped::new();
+    if !changed.is_empty() {
+        skipped.push("a release proper: the sources differ from the last commit".to_owned());
+    }
+    write_changes(root, version, &folder, &mut skipped)?;
+    package(shell, &metadata, &crates, &folder.join("crates"))?;
+    binary(shell, &metadata, version, &folder)?;
+    python(shell, &folder.join("python"), &mut skipped)?;
+    let count = licences::write(&metadata, &folder)?;
+    print_line(&format!("release: licences of {count} packages"));
+    for name in [
+        "LICENSE-MIT",
+        "LICENSE-APACHE",
+        "CITATION.cff",
+        "codemeta.json",
+    ] {
+        copy(&root.join(name), &folder.join(name))?;
+    }
+    if options.install {
+        install(shell, &crates, &folder)?;
+    } else {
+        skipped.push("the installation in an empty folder: --install does it".to_owned());
+    }
+    let files = checksums(&folder)?;
+    let commands = commands(version, &crates, &skipped);
+    write(&folder.join("COMMANDS.md"), &commands)?;
+    print_line(&format!("release: {files} files with checksums"));
+    for part in &skipped {
+        print_line(&format!("release: skipped: {part}"));
+    }
+    print_line(&format!("release: {}\n\n{commands}", folder.display()));
+    Ok(Verdict::Passed)
+}
+
+fn create(folder: &Path) -> Result<()> {
+    fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))
+}
+
+fn write(path: &Path, text: &str) -> Result<()> {
+    fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+}
+
+fn copy(from: &Path, to: &Path) -> Result<()> {
+    fs::copy(from, to)
+        .with_context(|| format!("cannot copy {} to {}", from.display(), to.display()))
+        .map(drop)
+}
+
+/// The changelog's section of this version, as the text of the release.
+fn write_changes(root: &Path, version: &str, folder: &Path, skipped: &mut Skipped) -> Result<()> {
+    let path = root.join("CHANGELOG.md");
+    let text =
+        fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+    let (section, is_unreleased) = changes::section(&text, version)?;
+    if is_unreleased {
+        skipped.push(format!(
+            "the date of the release: CHANGELOG.md has [Unreleased] in the place of [{version}]"
+        ));
+    }
+    write(&folder.join("changes.md"), &format!("{section}\n"))
+}
+
+/// Packages all crates that are published, without building them.
+fn package(shell: Shell<'_>, metadata: &Metadata, crates: &[&Package], out: &Path) -> Result<()> {
+    let mut arguments: Vec<String> = ["package", "--no-verify", "--locked", "--offline"]
+        .map(str::to_owned)
+        .into();
+    arguments.extend(["--quiet", "--allow-dirty"].map(str::to_owned));
+    for package in crates {
+        arguments.extend(["--package".to_owned(), package.name.clone()]);
+    }
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    shell.succeed("cargo", &words)?;
+    create(out)?;
+    for package in crates {
+        let name = archive(package);
+        copy(
+            &metadata.target_directory.join("package").join(&name),
+            &out.join(&name),
+        )?;
+    }
+    print_line(&format!("release: {} crates are packaged", crates.len()));
+    Ok(())
+}
+
+/// The file name of a packaged crate.
+fn archive(package: &Package) -> String {
+    format!("{}-{}.crate", package.name, package.version)
+}
+
+/// Builds the program for this machine, and checks that it tells this version.
+fn binary(shell: Shell<'_>, metadata: &Metadata, version: &str, folder: &Path) -> Result<()> {
+    let build = [
+        "build",
+        "--release",
+        "--locked",
+        "--offline",
+        "--package",
+        "carom-cli",
+    ];
+    shell.succeed("cargo", &build)?;
+    let compiler = shell.output("rustc", &["--version", "--verbose"])?;
+    let machine = compiler
+        .lines()
+        .find_map(|line| line.strip_prefix("host: "))
+        .context("rustc does not say for which machine it compiles")?;
+    let name = format!("carom{}", std::env::consts::EXE_SUFFIX);
+    let inside = folder.join(format!("carom-{version}-{machine}"));
+    create(&inside)?;
+    let target = inside.join(&name);
+    copy(
+        &metadata.target_directory.join("release").join(&name),
+        &target,
+    )?;
+    let told = shell.output(&target.to_string_lossy(), &["--version"])?;
+    ensure!(
+        told.starts_with(&format!("carom {version} ")),
+        "{} calls itself {told}, not {version}",
+        target.display()
+    );
+    print_line(&format!("release: {}", told.trim()));
+    Ok(())
+}
+
+/// Builds wheel and source distribution, if that is possible here.
+fn python(shell: Shell<'_>, out: &Path, skipped: &mut Skipped) -> Result<()> {
+    if !repository::has_program("maturin") {
+        skipped.push("wheel and source distribution: maturin is not installed".to_owned());
+        return Ok(());
+    }
+    create(out)?;
+    let manifest = ["--manifest-path", "crates/python/Cargo.toml"];
+    let target = ["--out", &out.to_string_lossy()].map(str::to_owned);
+    let target: Vec<&str> = target.iter().map(String::as_str).collect();
+    for words in [&["build", "--release", "--locked"][..], &["sdist"]] {
+        shell.succeed("maturin", &[words, &manifest[..], &target[..]].concat())?;
+    }
+    Ok(())
+}
+
+/// Unpacks all crates in an empty folder and installs the program from them, so that nothing comes
+/// from the repository. Dependencies of others come from the local cache.
+fn install(shell: Shell<'_>, crates: &[&Package], folder: &Path) -> Result<()> {
+    let empty = tempfile::tempdir().context("cannot create an empty folder")?;
+    let inside = Shell { root: empty.path() };
+    let mut arguments: Vec<String> = ["install", "--offline", "--root", "installed"]
+        .map(str::to_owned)
+        .into();
+    for package in crates {
+        let archive = folder.join("crates").join(archive(package));
+        inside.succeed("tar", &["-xzf", &archive.to_string_lossy()])?;
+        let unpacked = format!("{}-{}", package.name, package.version);
+        let patch = format!("patch.crates-io.{}.path=\"{unpacked}\"", package.name);
+        arguments.extend(["--config".to_owned(), patch]);
+        if package.name == "carom-cli" {
+            arguments.extend(["--path".to_owned(), unpacked]);
+        }
+    }
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    inside.succeed("cargo", &words)?;
+    let program = empty.path().join("installed/bin/carom");
+    let told = shell.output(&program.to_string_lossy(), &["--version"])?;
+    print_line(&format!(
+        "release: installed from the packaged crates: {}",
+        told.trim()
+    ));
+    Ok(())
+}
+
+/// Writes the SHA-256 checksums of all files in `SHA256SUMS`; returns their number.
+fn checksums(folder: &Path) -> Result<usize> {
+    let mut sums = BTreeMap::new();
+    let mut open = vec![folder.to_owned()];
+    while let Some(inner) = open.pop() {
+        let context = || format!("cannot read {}", inner.display());
+        for entry in fs::read_dir(&inner).with_context(context)? {
+            let path = entry.with_context(context)?.path();
+            if path.is_dir() {
+                open.push(path);
+                continue;
+            }
+            let bytes =
+                fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
+            let name = path
+                .strip_prefix(folder)?
+                .to_string_lossy()
+                .replace('\\', "/");
+            let sum = Sha256::digest(&bytes);
+            let hex = sum.iter().fold(String::new(), |mut text, byte| {
+                let _ = write!(text, "{byte:02x}");
+                text
+            });
+            sums.insert(name, hex);
+        }
+    }
+    let lines: String = sums.iter().fold(String::new(), |text, (name, sum)| {
+        text + sum + "  " + name + "\n"
+    });
+    write(&folder.join("SHA256SUMS"), &lines)?;
+    Ok(sums.len())
+}
+
+/// The commands that an owner with accounts gives to publish this release.
+fn commands(version: &str, crates: &[&Package], skipped: &[String]) -> String {
+    let names: Vec<String> = crates
+        .iter()
+        .map(|package| format!("cargo publish --locked --package {}", package.name))
+        .collect();
+    let missing = skipped
+        .iter()
+        .fold(String::new(), |text, part| text + "- " + part + "\n");
+    let missing = if missing.is_empty() {
+        "Nothing was skipped.\n".to_owned()
+    } else {
+        format!("This folder lacks:\n\n{missing}")
+    };
+    format!(
+        "# Publishing carom {version}\n\n{missing}\n\
+         In the repository, at the commit of the release, with accounts:\n\n```sh\n\
+         git tag --sign v{version} --message 'carom {version}' && git push origin v{version}\n\
+         {}\n\
+         maturin upload target/release-files/python/*\n\
+         cargo xtask site && rsync --archive --delete target/site/ \"$SITE\"\n```\n\n\
+         Then attach this folder to the tag `v{version}` with `changes.md` as its text, and deposit \
+         it where it gets a DOI; enter the DOI in `CITATION.cff` and `codemeta.json`.\n",
+        names.join("\n")
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_files_have_checksums_that_other_programs_verify() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir(folder.path().join("inner")).unwrap();
+        fs::write(folder.path().join("inner/empty"), "").unwrap();
+        fs::write(folder.path().join("abc"), "abc").unwrap();
+        assert_eq!(checksums(folder.path()).unwrap(), 2);
+        // The examples of FIPS 180-4.
+        assert_eq!(
+            fs::read_to_string(folder.path().join("SHA256SUMS")).unwrap(),
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad  abc\n\
+             e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855  inner/empty\n"
+        );
+    }
+}
