@@ -1071,12 +1071,17 @@ fn the_studies_of_the_repository_are_valid() {
             .unwrap()
             .map(|entry| entry.unwrap().path())
     };
-    let folders = [
-        "xtask/studies",
-        "xtask/studies/theory",
-        "crates/runs/examples/studies",
-    ];
-    let all: Vec<PathBuf> = folders.into_iter().flat_map(files).collect();
+    let theory = "crates/runs/examples/theory";
+    let folders = ["xtask/studies", "crates/runs/examples/studies", theory];
+    let of_theory = files(theory).filter(|path| path.is_dir());
+    let all: Vec<PathBuf> = folders
+        .into_iter()
+        .flat_map(files)
+        .chain(
+            of_theory
+                .flat_map(|folder| fs::read_dir(folder).unwrap().map(|one| one.unwrap().path())),
+        )
+        .collect();
     let mut points = 0;
     for path in all
         .into_iter()
