@@ -43,6 +43,9 @@ fn list_studies() -> io::Result<()> {
     let mut text = "[\n".to_owned();
     for name in names {
         let path = folder.join(format!("{name}.toml"));
+        let path = path
+            .to_str()
+            .ok_or_else(|| io::Error::other("a path is not UTF-8"))?;
         let _ = writeln!(
             text,
             "    Example {{ name: {name:?}, command: \"sweep\", text: include_str!({path:?}) }},"

@@ -172,7 +172,7 @@ mod tests {
     #[test]
     fn a_lattice_that_moves_keeps_its_order() {
         let (sides, places) = triangular_lattice(8, 10);
-        let mut scene = discs_at(sides, 0.01, places.into_iter());
+        let mut scene = discs_at(sides, 0.01, places);
         for molecule in &mut scene.molecule {
             molecule.velocity = [0.3, -0.7];
         }

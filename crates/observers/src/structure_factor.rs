@@ -315,7 +315,7 @@ mod tests {
         let simulation = Simulation::new(&scene).unwrap();
         let [a, b] = ["a", "b"].map(|name| Group::from(simulation.find_tag(name).unwrap()));
         let observe = |groups: [Group; 2]| {
-            let bounds = simulation.view().bounds().to_owned();
+            let bounds = simulation.view().bounds();
             let mut structure = StructureFactor::new(groups, &bounds, 40).unwrap();
             structure.sample(&simulation.view());
             structure.points()

@@ -380,12 +380,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         }
         world.oscillations.clone_from(&checkpoint.oscillations);
         world.gravity = gravity_of("gravity", checkpoint.gravity.to_array())?;
-        let [rate, tilt] = checkpoint.shear;
-        world.shear_rate = shear_rate_of("shear_rate", rate)?;
-        if tilt.is_nan() || tilt.abs() > 0.5 * world.bounds.sides().x {
-            return Err(CheckpointError::Tilt(tilt));
-        }
-        world.bounds = world.bounds.tilted(tilt);
+        checkpoint.shear(&mut world)?;
         checkpoint.free_pistons(&mut world)?;
         let mut names = checkpoint.names.clone();
         world.pairs = PairTable::new(&checkpoint.transparent, &checkpoint.diameter, &mut names)?;
@@ -419,22 +414,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         }
         world.last_contacts.clone_from(&checkpoint.last_contacts);
         world.axes.clone_from(&checkpoint.axes);
-        let is_of_wall = |table: &WallTable| {
-            let wall = world.index(table.key);
-            let is_free_wall = |wall: usize| {
-                let body = &world.bodies[wall];
-                body.is_wall() && body.is_fixed() && world.oscillation(wall).is_none()
-            };
-            table.is_valid() && wall.is_some_and(is_free_wall)
-        };
-        if let Some(wrong) = checkpoint
-            .wall_tables
-            .iter()
-            .position(|table| !is_of_wall(table))
-        {
-            return Err(CheckpointError::WallTable(wrong));
-        }
-        world.wall_tables.clone_from(&checkpoint.wall_tables);
+        checkpoint.move_walls(&mut world)?;
         if let Some((index, value)) = too_slow(&world) {
             return Err(CheckpointError::Speed {
                 index,
@@ -696,6 +676,35 @@ impl Checkpoint {
 }
 
 impl Checkpoint {
+    /// Sets the shear rate and the tilt of the box.
+    fn shear(&self, world: &mut World) -> Result<(), CheckpointError> {
+        let [rate, tilt] = self.shear;
+        world.shear_rate = shear_rate_of("shear_rate", rate)?;
+        if tilt.is_nan() || tilt.abs() > 0.5 * world.bounds.sides().x {
+            return Err(CheckpointError::Tilt(tilt));
+        }
+        world.bounds = world.bounds.tilted(tilt);
+        Ok(())
+    }
+
+    /// Gives the walls with tables their times and places.
+    fn move_walls(&self, world: &mut World) -> Result<(), CheckpointError> {
+        let is_of_wall = |table: &WallTable| {
+            let wall = world.index(table.key);
+            let is_free_wall = |wall: usize| {
+                let body = &world.bodies[wall];
+                body.is_wall() && body.is_fixed() && world.oscillation(wall).is_none()
+            };
+            table.is_valid() && wall.is_some_and(is_free_wall)
+        };
+        let mut tables = self.wall_tables.iter();
+        if let Some(wrong) = tables.position(|table| !is_of_wall(table)) {
+            return Err(CheckpointError::WallTable(wrong));
+        }
+        world.wall_tables.clone_from(&self.wall_tables);
+        Ok(())
+    }
+
     /// Gives the pistons of the checkpoint their masses.
     fn free_pistons(&self, world: &mut World) -> Result<(), CheckpointError> {
         for (number, piston) in self.pistons.iter().enumerate() {

@@ -48,7 +48,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
 /// Numbers of bodies, and how they are drawn.
 #[derive(Serialize, Deserialize)]
 struct Numbers {
-    numbers: BodyNumbers,
+    observer: BodyNumbers,
     draws_inverse: bool,
     exponent: Option<f64>,
 }
@@ -56,7 +56,7 @@ struct Numbers {
 impl Numbers {
     fn new(selection: &Selection<'_>) -> Self {
         Self {
-            numbers: BodyNumbers::new(selection.group, selection.view),
+            observer: BodyNumbers::new(selection.group, selection.view),
             draws_inverse: selection.given_word(DRAW) == Some("inverse"),
             exponent: selection.given(EXPONENT),
         }
@@ -64,8 +64,8 @@ impl Numbers {
 
     /// 1/n at each sample (length²); none without a body.
     fn inverse_densities(&self) -> Vec<Option<f64>> {
-        let area = self.numbers.area();
-        let points = self.numbers.series().iter();
+        let area = self.observer.area();
+        let points = self.observer.series().iter();
         points
             .map(|point| (point.number > 0.0).then(|| area / point.number))
             .collect()
@@ -74,12 +74,12 @@ impl Numbers {
     /// 1/n as it grows from the first sample on if a constant share of the contacts acts on it
     /// (length²).
     fn by_contacts(&self, share: f64) -> Vec<Option<f64>> {
-        let points = self.numbers.series();
+        let points = self.observer.series();
         let mut value = self.inverse_densities().first().copied().flatten();
         let mut all = vec![value];
         for pair in points.windows(2) {
             let has_bodies = pair.iter().all(|point| point.number > 0.0);
-            let integral = self.numbers.contact_integral([&pair[0], &pair[1]]);
+            let integral = self.observer.contact_integral([&pair[0], &pair[1]]);
             value = value
                 .filter(|_| has_bodies)
                 .map(|before| before + share * integral);
@@ -90,7 +90,7 @@ impl Numbers {
     }
 
     fn table(&self, share: Option<f64>, context: &Context<'_>) -> Table {
-        let points = self.numbers.series();
+        let points = self.observer.series();
         let of = |part: fn(&NumberPoint) -> f64| points.iter().map(part).collect::<Vec<f64>>();
         let mut table = Table::new(context.table("numbers"), "Number of bodies").abscissa(
             "time",
@@ -113,7 +113,7 @@ impl Numbers {
             }
         } else {
             table = table.value("number", "1", numbers.into_iter().map(Some).collect());
-            for (name, numbers) in self.numbers.by_tag() {
+            for (name, numbers) in self.observer.by_tag() {
                 let numbers = numbers.into_iter().map(Some).collect();
                 table = table.value(&format!("number_{name}"), "1", numbers);
             }
@@ -140,35 +140,35 @@ impl Numbers {
 
 impl carom::Observer for Numbers {
     fn watches(&self, bodies: [&carom::engine::Body; 2]) -> bool {
-        self.numbers.watches(bodies)
+        self.observer.watches(bodies)
     }
 
     fn collision(&mut self, report: &carom::CollisionReport<'_>) {
-        self.numbers.collision(report);
+        self.observer.collision(report);
     }
 
     fn sample(&mut self, view: &carom::View<'_>) {
-        self.numbers.sample(view);
+        self.observer.sample(view);
     }
 }
 
 impl Measured for Numbers {
     fn sums(&self) -> Vec<[f64; 2]> {
-        self.numbers.sums()
+        self.observer.sums()
     }
 
     fn bytes_per_sample(&self) -> usize {
-        self.numbers.bytes_per_sample()
+        self.observer.bytes_per_sample()
     }
 
     fn present(&self) -> Vec<(&'static str, Option<f64>)> {
-        let last = self.numbers.series().last();
+        let last = self.observer.series().last();
         vec![("number", last.map(|point| point.number))]
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let share = means.get(2).and_then(|mean| mean.value);
-        let at_end = self.numbers.series().last().map(|point| {
+        let at_end = self.observer.series().last().map(|point| {
             let name = context.named("number of bodies at the end");
             Figure::new(name, point.number, "1")
         });
