@@ -70,15 +70,15 @@ struct DependencyKind {
 }
 
 impl Metadata {
-    /// Reads the packages, without the network.
+    /// Reads the packages that are compiled for a machine, without the network: those of other
+    /// machines alone need not be here.
     ///
     /// # Errors
     /// Cargo fails, or writes something else.
-    pub fn read(shell: Shell<'_>) -> Result<Self> {
-        let text = shell.output(
-            "cargo",
-            &["metadata", "--format-version", "1", "--locked", "--offline"],
-        )?;
+    pub fn read(shell: Shell<'_>, machine: &str) -> Result<Self> {
+        let format = ["metadata", "--format-version", "1", "--locked", "--offline"];
+        let words = [&format[..], &["--filter-platform", machine]].concat();
+        let text = shell.output("cargo", &words)?;
         serde_json::from_str(&text).context("cargo metadata writes another format")
     }
 

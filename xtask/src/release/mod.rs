@@ -61,7 +61,8 @@ pub fn run(options: &ReleaseOptions) -> Result<Verdict> {
         folder.display()
     );
     create(&folder)?;
-    let metadata = Metadata::read(shell)?;
+    let machine = machine(shell)?;
+    let metadata = Metadata::read(shell, &machine)?;
     let crates = metadata.published()?;
     let version = &crates.first().context("nothing is published")?.version;
     citation::check(root, version)?;
@@ -71,7 +72,8 @@ pub fn run(options: &ReleaseOptions) -> Result<Verdict> {
     }
     write_changes(root, version, &folder, &mut skipped)?;
     package(shell, &metadata, &crates, &folder.join("crates"))?;
-    binary(shell, &metadata, version, &folder)?;
+    let inside = folder.join(format!("carom-{version}-{machine}"));
+    binary(shell, &metadata, version, &inside)?;
     python(shell, &folder.join("python"), &mut skipped)?;
     let count = licences::write(&metadata, &folder)?;
     print_line(&format!("release: licences of {count} packages"));
@@ -155,25 +157,22 @@ fn archive(package: &Package) -> String {
     format!("{}-{}.crate", package.name, package.version)
 }
 
-/// Builds the program for this machine, and checks that it tells this version.
-fn binary(shell: Shell<'_>, metadata: &Metadata, version: &str, folder: &Path) -> Result<()> {
-    let build = [
-        "build",
-        "--release",
-        "--locked",
-        "--offline",
-        "--package",
-        "carom-cli",
-    ];
-    shell.succeed("cargo", &build)?;
+/// The machine for which programs are compiled here, such as `x86_64-unknown-linux-gnu`.
+fn machine(shell: Shell<'_>) -> Result<String> {
     let compiler = shell.output("rustc", &["--version", "--verbose"])?;
-    let machine = compiler
+    let line = compiler
         .lines()
-        .find_map(|line| line.strip_prefix("host: "))
-        .context("rustc does not say for which machine it compiles")?;
+        .find_map(|line| line.strip_prefix("host: "));
+    line.map(str::to_owned)
+        .context("rustc does not say for which machine it compiles")
+}
+
+/// Builds the program for this machine, and checks that it tells this version.
+fn binary(shell: Shell<'_>, metadata: &Metadata, version: &str, inside: &Path) -> Result<()> {
+    let build = ["build", "--release", "--locked", "--offline"];
+    shell.succeed("cargo", &[&build[..], &["--package", "carom-cli"]].concat())?;
     let name = format!("carom{}", std::env::consts::EXE_SUFFIX);
-    let inside = folder.join(format!("carom-{version}-{machine}"));
-    create(&inside)?;
+    create(inside)?;
     let target = inside.join(&name);
     copy(
         &metadata.target_directory.join("release").join(&name),

@@ -117,12 +117,12 @@ fn conclude(all: &[(CardResults, Pictures)], site: &Path) -> Verdict {
 /// The command with the options that change the site.
 fn command(options: &SiteOptions) -> String {
     let quick = if options.quick { " --quick" } else { "" };
-    let only: String = options
-        .only
-        .iter()
-        .map(|study| format!(" --only {study}"))
-        .collect();
-    format!("cargo xtask site{quick}{only}")
+    let mut command = format!("cargo xtask site{quick}");
+    for study in &options.only {
+        command.push_str(" --only ");
+        command.push_str(study);
+    }
+    command
 }
 
 /// Writes the book and the reference where that is possible and wanted, and says what is skipped.

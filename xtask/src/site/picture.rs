@@ -55,7 +55,6 @@ impl Pictures {
         let is_start = !self.start.is_empty() && self.start.len() <= MAX_LENGTH;
         match picture {
             Picture::Start if is_start => &self.start,
-            Picture::Chart if !chart.is_empty() => chart,
             _ if !chart.is_empty() => chart,
             _ => &self.start,
         }
