@@ -185,8 +185,8 @@ impl Grid {
         }
     }
 
-    /// Sorts all bodies into the cells of their positions in `motions`, for an epoch that ends at `limit`
-    /// (offset in it, time): walls that move are listed for the whole epoch.
+    /// Sorts all bodies into the cells of their positions in `motions`, for an epoch that ends at
+    /// `limit` (offset in it, time): walls that move are listed for the whole epoch.
     pub fn fill(
         &mut self,
         world: &World,

@@ -1,4 +1,5 @@
-//! The periodic box: a rectangle whose opposite sides are identified, the upper one possibly shifted.
+//! The periodic box: a rectangle whose opposite sides are identified, the upper one possibly
+//! shifted.
 
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -27,7 +28,7 @@ const MAX_ROWS: f64 = 64.0;
 #[doc(alias = "torus")]
 pub struct PeriodicBox {
     sides: DVec2,
-    /// Shift along x of the next box above (length); whoever stores a box stores it separately.
+    /// Shift along x of the next box above (length). It is stored apart from the box.
     #[serde(skip)]
     tilt: f64,
 }

@@ -1,9 +1,9 @@
 //! How long bond-orientational order lasts: G₆(t) of a body with itself.
 //!
 //! Gₙ(t) = Re ⟨ψₙ(t₀ + t) ψₙ*(t₀)⟩ over bodies and origins t₀, with the order ψₙ of
-//! [`HexaticOrder`](crate::HexaticOrder). At lag 0 it is ⟨|ψₙ|²⟩. For n = 6 it tends to a constant in
-//! a crystal, falls as a power of t in a hexatic phase, and exponentially in a liquid (Zahn & Maret,
-//! Phys. Rev. Lett. 85 (2000) 3656).
+//! [`HexaticOrder`](crate::HexaticOrder). At lag 0 it is ⟨|ψₙ|²⟩. For n = 6 it tends to a constant
+//! in a crystal, falls as a power of t in a hexatic phase, and exponentially in a liquid (Zahn &
+//! Maret, Phys. Rev. Lett. 85 (2000) 3656).
 
 use carom_engine::{Observer, View};
 use carom_geometry::GeometryError;
@@ -75,8 +75,9 @@ impl PairSums<DVec2> for Products {
 }
 
 impl BondOrderRelaxation {
-    /// Gₙ of a group, with n and the neighbours of `rule`, up to the lag `longest` (time) of samples
-    /// that are `spacing` (time) apart; a `longest` below one spacing is taken as one spacing.
+    /// Gₙ of a group, with n and the neighbours of `rule`, up to the lag `longest` (time) of
+    /// samples that are `spacing` (time) apart; a `longest` below one spacing is taken as one
+    /// spacing.
     ///
     /// Lags are 0, 1, 2, …, 9, 10, 20, …, 90, 100, … spacings.
     ///

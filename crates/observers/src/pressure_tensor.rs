@@ -215,7 +215,8 @@ impl Observer for PressureTensor {
     }
 }
 
-/// Σ m v_a v_b relative to the centre of mass, and to the flow under shear (mass × length² / time²).
+/// Σ m v_a v_b relative to the centre of mass, and to the flow under shear (mass × length² /
+/// time²).
 fn momenta(view: &View<'_>) -> DMat2 {
     let frame = view.centre_of_mass_frame();
     let moving = view.bodies().filter(|view| view.body.is_free());

@@ -5,7 +5,7 @@ use std::{fs, path::Path};
 use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 
-/// Keys without which a citation file is refused by those who read it.
+/// Keys without which a citation file is not read.
 const CFF_KEYS: [&str; 6] = [
     "cff-version: 1.2.0",
     "message: ",

@@ -15,7 +15,7 @@ use clap::Args;
 
 use crate::repository::{self, Shell};
 use cards::Card;
-use pages::{GALLERY, Parts, VALIDATION};
+use pages::{GALLERY, SiteParts, VALIDATION};
 use picture::Pictures;
 use results::{CardResults, Making, write};
 
@@ -127,7 +127,7 @@ fn command(options: &SiteOptions) -> String {
 
 /// Writes the book and the reference where that is possible and wanted, and says what is skipped.
 /// Returns the parts that the site has.
-fn parts(options: &SiteOptions) -> Result<Parts> {
+fn parts(options: &SiteOptions) -> Result<SiteParts> {
     let root = repository::root()?;
     let site = std::path::absolute(&options.out).context("the current folder is unknown")?;
     let mut parts = vec![

@@ -13,14 +13,14 @@ pub const GALLERY: &str = "index.html";
 pub const VALIDATION: &str = "validation.html";
 
 /// Parts of the site besides the gallery, with their names: path relative to the site.
-pub type Parts = Vec<(String, String)>;
+pub type SiteParts = Vec<(String, String)>;
 
 /// Beginning of the page of a short form.
 const SHORT: &str = "These are the short forms of the studies: their errors are larger than those \
                      of the whole studies.";
 
 /// Links to all parts from a page so many folders below the site.
-fn navigation(parts: &Parts, own: &str, up: &str) -> Vec<(String, String)> {
+fn navigation(parts: &SiteParts, own: &str, up: &str) -> Vec<(String, String)> {
     parts
         .iter()
         .filter(|(path, _)| path != own)
@@ -31,7 +31,7 @@ fn navigation(parts: &Parts, own: &str, up: &str) -> Vec<(String, String)> {
 /// The gallery.
 pub fn gallery(
     all: &[(CardResults, Pictures)],
-    parts: &Parts,
+    parts: &SiteParts,
     is_quick: bool,
     command: &str,
 ) -> String {
@@ -131,7 +131,7 @@ fn measured(answer: &ExpectationAnswer) -> String {
 pub fn of_card(
     results: &CardResults,
     pictures: &Pictures,
-    parts: &Parts,
+    parts: &SiteParts,
     is_quick: bool,
 ) -> String {
     let card = &results.card;
@@ -238,7 +238,7 @@ fn table(page: &mut Page, results: &CardResults) {
 /// How the results were validated: the method, a line for each study, and all results.
 pub fn validation(
     all: &[(CardResults, Pictures)],
-    parts: &Parts,
+    parts: &SiteParts,
     is_quick: bool,
     command: &str,
 ) -> String {

@@ -37,7 +37,7 @@ const STREAM: u64 = 2;
 
 /// What becomes of one of two bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Fate {
+pub(crate) enum ReactantFate {
     /// It gets this tag in place of that of the rule.
     Tag(Tag),
     /// It is removed.
@@ -46,8 +46,8 @@ pub(crate) enum Fate {
 
 /// What becomes of both bodies.
 #[derive(Debug, Clone)]
-pub(crate) enum Outcome {
-    Each([Fate; 2]),
+pub(crate) enum ReactionOutcome {
+    Each([ReactantFate; 2]),
     /// One molecule replaces both.
     Product(Arc<Product>),
 }
@@ -65,7 +65,7 @@ struct Rule {
     tags: [Tag; 2],
     probability: f64,
     least_energy: f64,
-    outcome: Outcome,
+    outcome: ReactionOutcome,
     /// The place of its record.
     record: usize,
 }
@@ -75,7 +75,7 @@ struct Rule {
 pub(crate) struct Reaction {
     pub bodies: [u32; 2],
     pub tags: [Tag; 2],
-    pub outcome: Outcome,
+    pub outcome: ReactionOutcome,
     pub record: usize,
 }
 
@@ -85,7 +85,7 @@ pub(crate) struct PendingReaction {
     /// In the order of the rule's tags.
     pub bodies: [BodyKey; 2],
     pub tags: [Tag; 2],
-    pub outcome: Outcome,
+    pub outcome: ReactionOutcome,
     pub record: usize,
     /// From the centre of the first body to that of the second (length).
     pub separation: DVec2,
@@ -272,11 +272,11 @@ impl ReactionTable {
             return Ok(());
         }
         for rule in &self.rules {
-            let Outcome::Each(fates) = rule.outcome else {
+            let ReactionOutcome::Each(fates) = rule.outcome else {
                 continue;
             };
             for (from, fate) in rule.tags.into_iter().zip(fates) {
-                let Fate::Tag(to) = fate else {
+                let ReactantFate::Tag(to) = fate else {
                     continue;
                 };
                 let changes = |before: &Tags| {
@@ -319,10 +319,10 @@ impl ReactionTable {
                 continue;
             }
             last = Some(&body.kind);
-            Masses::add(&mut groups, Group::of(body), [body.mass(); 2]);
+            Masses::add(&mut groups, Group::from_body(body), [body.mass(); 2]);
         }
         for rule in &self.rules {
-            if let Outcome::Product(product) = &rule.outcome {
+            if let ReactionOutcome::Product(product) = &rule.outcome {
                 let group = Group {
                     tags: product.tags.clone(),
                     is_wall: false,
@@ -334,11 +334,11 @@ impl ReactionTable {
         loop {
             let mut next = groups.clone();
             for rule in &self.rules {
-                let Outcome::Each(fates) = rule.outcome else {
+                let ReactionOutcome::Each(fates) = rule.outcome else {
                     continue;
                 };
                 for (from, fate) in rule.tags.into_iter().zip(fates) {
-                    let Fate::Tag(to) = fate else {
+                    let ReactantFate::Tag(to) = fate else {
                         continue;
                     };
                     for (group, masses) in &groups {
@@ -373,11 +373,11 @@ impl ReactionTable {
         rule: &Rule,
         groups: &BTreeMap<Group, Masses>,
     ) -> Result<(), SceneError> {
-        let Outcome::Each(fates) = rule.outcome else {
+        let ReactionOutcome::Each(fates) = rule.outcome else {
             return Ok(());
         };
         let removed = rule.tags.iter().zip(fates);
-        let mut removed = removed.filter(|(_, fate)| *fate == Fate::Nothing);
+        let mut removed = removed.filter(|(_, fate)| *fate == ReactantFate::Nothing);
         let has_wall = |tag: &Tag| {
             let mut walls = groups.keys().filter(|group| group.is_wall);
             walls.any(|group| group.tags.contains(tag))
@@ -397,7 +397,7 @@ impl ReactionTable {
         rule: &Rule,
         groups: &BTreeMap<Group, Masses>,
     ) -> Result<(), SceneError> {
-        let Outcome::Product(product) = &rule.outcome else {
+        let ReactionOutcome::Product(product) = &rule.outcome else {
             return Ok(());
         };
         let mass = product.mass;
@@ -446,7 +446,7 @@ struct Group {
 }
 
 impl Group {
-    fn of(body: &Body) -> Self {
+    fn from_body(body: &Body) -> Self {
         Self {
             tags: body.kind.tags.clone(),
             is_wall: body.is_wall(),
@@ -486,7 +486,11 @@ fn replaced(tags: &Tags, from: Tag, to: Tag) -> Tags {
 
 impl ReactionSpec {
     /// The tags and the outcome of a rule whose keys are in range.
-    fn check(&self, entry: &str, names: &mut TagNames) -> Result<([Tag; 2], Outcome), SceneError> {
+    fn check(
+        &self,
+        entry: &str,
+        names: &mut TagNames,
+    ) -> Result<([Tag; 2], ReactionOutcome), SceneError> {
         let refuse = |problem: String| Err(SceneError::of_entry(entry, problem));
         if !(1..=2).contains(&self.between.len()) {
             return refuse(format!(
@@ -516,17 +520,17 @@ impl ReactionSpec {
         match (&self.into, &self.becomes[..]) {
             (None, [one, other]) => {
                 let mut fate = |name: &String| match name.as_str() {
-                    NOTHING => Fate::Nothing,
-                    name => Fate::Tag(names.intern(name)),
+                    NOTHING => ReactantFate::Nothing,
+                    name => ReactantFate::Tag(names.intern(name)),
                 };
                 let fates = [fate(one), fate(other)];
-                if fates == tags.map(Fate::Tag) {
+                if fates == tags.map(ReactantFate::Tag) {
                     return refuse(format!(
                         "it changes nothing: `becomes` is {:?}, the tags that the bodies have",
                         self.becomes
                     ));
                 }
-                Ok((tags, Outcome::Each(fates)))
+                Ok((tags, ReactionOutcome::Each(fates)))
             }
             (None, becomes) => refuse(format!(
                 "give `becomes`, one tag or {NOTHING:?} for each of the two bodies, or `into`, a molecule that replaces \
@@ -535,7 +539,7 @@ impl ReactionSpec {
             (Some(_), [_, ..]) => refuse("give `becomes` or `into`, not both".to_owned()),
             (Some(spec), []) => {
                 let product = Product::new(&format!("{entry}.into"), spec, names)?;
-                Ok((tags, Outcome::Product(Arc::new(product))))
+                Ok((tags, ReactionOutcome::Product(Arc::new(product))))
             }
         }
     }

@@ -175,8 +175,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
 
     /// Changes the shear rate from now on (1/time); a batch of one, see [`Self::edit`].
     ///
-    /// Velocities do not change: a flow forms from the seam on. With a rate of 0 the box above stays
-    /// where it is.
+    /// Velocities do not change: a flow forms from the seam on. With a rate of 0 the box above
+    /// stays where it is.
     ///
     /// ```
     /// use carom_engine::{Scene, Simulation};
@@ -192,8 +192,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// ```
     ///
     /// # Errors
-    /// [`EditError::Scene`] if the rate is neither 0 nor from 10⁻⁶⁰ to 10⁶⁰ in magnitude, with fixed
-    /// bodies, walls or pistons, with a drag or with a gravity.
+    /// [`EditError::Scene`] if the rate is neither 0 nor from 10⁻⁶⁰ to 10⁶⁰ in magnitude, with
+    /// fixed bodies, walls or pistons, with a drag or with a gravity.
     #[doc(alias = "Lees-Edwards")]
     pub fn set_shear_rate(&mut self, rate: f64) -> Result<(), EditError> {
         self.edit(|batch| batch.set_shear_rate(rate))
@@ -358,7 +358,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         self.world.index(key).ok_or(EditError::NoSuchBody(key))
     }
 
-    /// With drag, gravity or shear, begins an epoch at the present: its velocities are the true ones.
+    /// With drag, gravity or shear, begins an epoch at the present: its velocities are the true
+    /// ones.
     fn settle(&mut self) {
         if self.world.has_own_frame() {
             self.end_epoch(self.offset);

@@ -6,7 +6,9 @@ use carom_response::Response;
 use glam::DVec2;
 
 use crate::{
-    contact::reaction_table::{Fate, Outcome, PendingReaction, Product, is_same_mass},
+    contact::reaction_table::{
+        PendingReaction, Product, ReactantFate, ReactionOutcome, is_same_mass,
+    },
     edit::batch::Batch,
     run::simulation::Simulation,
     scene::{
@@ -29,8 +31,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         };
         let before = self.ledger.put_in;
         let edited = self.edit(|batch| match &pending.outcome {
-            Outcome::Each(fates) => batch.apply_fates(&pending, *fates),
-            Outcome::Product(product) => batch.replace_pair(&pending, product),
+            ReactionOutcome::Each(fates) => batch.apply_fates(&pending, *fates),
+            ReactionOutcome::Product(product) => batch.replace_pair(&pending, product),
         });
         let (change, time) = (self.ledger.put_in - before, self.time());
         let record = &mut self.reactions.records[pending.record];
@@ -59,12 +61,12 @@ impl Batch {
     fn apply_fates(
         &mut self,
         pending: &PendingReaction,
-        fates: [Fate; 2],
+        fates: [ReactantFate; 2],
     ) -> Result<(), EditError> {
         for ((key, from), fate) in pending.bodies.into_iter().zip(pending.tags).zip(fates) {
             match fate {
-                Fate::Nothing => self.remove(key)?,
-                Fate::Tag(to) => self.replace_tag(key, from, to)?,
+                ReactantFate::Nothing => self.remove(key)?,
+                ReactantFate::Tag(to) => self.replace_tag(key, from, to)?,
             }
         }
         Ok(())

@@ -37,7 +37,7 @@ struct Rescaling {
 }
 
 impl Rescaling {
-    fn of(self, motion: &Motion) -> Motion {
+    fn apply(self, motion: &Motion) -> Motion {
         Motion {
             velocity: self.about + self.factor * (motion.velocity - self.about),
             angular_velocity: self.factor * motion.angular_velocity,
@@ -170,7 +170,7 @@ impl Batch {
             },
             ThermostatRule::Kick(momentum) => kicked(body, motion, *momentum, &draw),
             ThermostatRule::Rescale(_) => match rescaling {
-                Some(rescaling) => rescaling.of(motion),
+                Some(rescaling) => rescaling.apply(motion),
                 None => return Ok(Effect::AtRest),
             },
         };

@@ -16,7 +16,7 @@ use crate::{
         contact_geometry::contact_geometry,
         elasticity_table::ElasticityTable,
         limits::{ContactPlaces, Limits},
-        reaction_table::{Fate, Outcome, PendingReaction, ReactionTable},
+        reaction_table::{PendingReaction, ReactantFate, ReactionOutcome, ReactionTable},
         resolution::{ContactPair, Resolved, ResolvedDiscs, Rules},
         simultaneous_contacts::SimultaneousContacts,
         thermal_wall,
@@ -76,7 +76,8 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
     #[inline(always)]
     fn run<Q: EventQueue>(mut self, queue: &mut Q) -> Self::End {
         // Contacts are resolved in the laboratory, but flights of discs are those of the falling
-        // frame. Reactions are decided where any contact is resolved, and so is the motion of images.
+        // frame. Reactions are decided where any contact is resolved, and so is the motion of
+        // images.
         let is_sheared = self.world.is_sheared();
         let is_special = self.world.has_special_contacts | is_sheared;
         let all_elastic = self.rules().all_elastic()
@@ -199,7 +200,9 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         let Some(reaction) = reaction else {
             return;
         };
-        if let Outcome::Each([Fate::Tag(one), Fate::Tag(other)]) = reaction.outcome {
+        if let ReactionOutcome::Each([ReactantFate::Tag(one), ReactantFate::Tag(other)]) =
+            reaction.outcome
+        {
             let changes = reaction.bodies.into_iter().zip(reaction.tags);
             for ((body, from), to) in changes.zip([one, other]) {
                 let kind = &mut self.world.bodies[body as usize].kind;

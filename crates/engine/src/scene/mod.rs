@@ -149,7 +149,8 @@ pub struct BoxSpec {
     #[doc(alias = "damping")]
     pub drag: f64,
     /// Shear rate γ (1/time): the images above and below the box move along x by ± γ Ly (Lees and
-    /// Edwards). The velocities of the scene are those relative to the flow γ (y − Ly/2). Default: 0.
+    /// Edwards). The velocities of the scene are those relative to the flow γ (y − Ly/2). Default:
+    /// 0.
     #[serde(skip_serializing_if = "is_zero")]
     #[cfg_attr(feature = "schema", schemars(range(min = -MAX_MAGNITUDE, max = MAX_MAGNITUDE)))]
     #[doc(alias = "Lees-Edwards")]
@@ -577,7 +578,8 @@ pub struct StageSpec {
     )]
     #[cfg_attr(feature = "schema", schemars(inner(range(min = -MAX_MAGNITUDE, max = MAX_MAGNITUDE))))]
     pub gravity: Option<[f64; 2]>,
-    /// The shear rate from here on (1/time); it replaces `box.shear_rate`. Velocities do not change.
+    /// The shear rate from here on (1/time); it replaces `box.shear_rate`. Velocities do not
+    /// change.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(min = -MAX_MAGNITUDE, max = MAX_MAGNITUDE)))]
     pub shear_rate: Option<f64>,

@@ -61,9 +61,9 @@ pub struct ThermostatSpec {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(max = MAX_MAGNITUDE), extend("exclusiveMinimum" = 0.0)))]
     pub energy: Option<f64>,
-    /// For `energy-reset`, `maxwell`, `langevin` and `rescale`: temperature kT (mass × length² / time²), above
-    /// 0 and at most 1e60: energy ½ f kT for a body of f = 2 degrees of freedom, or 3 if contacts
-    /// turn it. `langevin` needs it; else either this or `energy`.
+    /// For `energy-reset`, `maxwell`, `langevin` and `rescale`: temperature kT (mass × length² /
+    /// time²), above 0 and at most 1e60: energy ½ f kT for a body of f = 2 degrees of freedom, or 3
+    /// if contacts turn it. `langevin` needs it; else either this or `energy`.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[cfg_attr(feature = "schema", schemars(range(max = MAX_MAGNITUDE), extend("exclusiveMinimum" = 0.0)))]
     pub temperature: Option<f64>,

@@ -30,8 +30,8 @@ pub enum ThermostatRule {
     /// A momentum is added; the angular velocity remains.
     Kick(KickMomentum),
     /// Velocities relative to the centre of mass of all bodies, and to the flow under shear, and
-    /// angular velocities are scaled by one factor, so that the bodies of the tag have this kT (mass
-    /// × length² / time²).
+    /// angular velocities are scaled by one factor, so that the bodies of the tag have this kT
+    /// (mass × length² / time²).
     #[doc(alias = "isokinetic")]
     Rescale(f64),
 }

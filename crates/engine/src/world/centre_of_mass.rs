@@ -149,8 +149,8 @@ impl CentreOfMassFrame {
         self.velocity
     }
 
-    /// Velocity of the frame at a place in the box (length / time): under shear with the flow there,
-    /// elsewhere that of [`Self::velocity`].
+    /// Velocity of the frame at a place in the box (length / time): under shear with the flow
+    /// there, elsewhere that of [`Self::velocity`].
     #[inline]
     pub fn velocity_at(&self, place: DVec2) -> DVec2 {
         let [rate, middle] = self.flow;

@@ -82,9 +82,9 @@ impl Add for SchedulerCounters {
 /// Energy lost and put in since the system was built (mass × length² / time²).
 ///
 /// At any time the kinetic energy is `initial − lost + put_in + heat + work + fallen + sheared −
-/// dragged`, to rounding: each contact and each edit may add an error of some roundings of the largest energy
-/// and of the largest entry so far. After a large energy has been put in and taken out again, the
-/// error may exceed the energy left.
+/// dragged`, to rounding: each contact and each edit may add an error of some roundings of the
+/// largest energy and of the largest entry so far. After a large energy has been put in and taken
+/// out again, the error may exceed the energy left.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Ledger {

@@ -7,18 +7,18 @@
 //! γ (y − Ly/2) along x.
 //!
 //! Between contacts every body flies freely: neither contacts nor flights know of the shear, but
-//! for the images through which a pair is seen. Kinetic energies are those of the bodies in the box,
-//! so that a passage through the seam changes the energy; the ledger books it as the work of the
-//! shear.
+//! for the images through which a pair is seen. Kinetic energies are those of the bodies in the
+//! box, so that a passage through the seam changes the energy; the ledger books it as the work of
+//! the shear.
 //!
 //! # Cells
 //!
-//! The grid is at rest in x − a y, with the slope a(t) = b(t)/Ly: in these coordinates images do not
-//! move, and the cells are parallelograms that shear with the flow. Within an epoch |a| is at most
-//! A = Lx/2Ly + [`MAX_SHEAR_OF_EPOCH`], because the tilt is folded into ±Lx/2 at its start. Two bodies
-//! that touch at a distance d differ by at most d along y, and by at most d √(1 + A²) along x − a y;
-//! with cells as long as that they are in adjacent ones. A body leaves a parallelogram at a root of
-//! a quadratic.
+//! The grid is at rest in x − a y, with the slope a(t) = b(t)/Ly: in these coordinates images do
+//! not move, and the cells are parallelograms that shear with the flow. Within an epoch |a| is at
+//! most A = Lx/2Ly + [`MAX_SHEAR_OF_EPOCH`], because the tilt is folded into ±Lx/2 at its start.
+//! Two bodies that touch at a distance d differ by at most d along y, and by at most d √(1 + A²)
+//! along x − a y; with cells as long as that they are in adjacent ones. A body leaves a
+//! parallelogram at a root of a quadratic.
 
 use carom_geometry::PeriodicBox;
 use carom_kinematics::{Motion, kinetic_energy};
@@ -26,7 +26,8 @@ use glam::DVec2;
 
 use crate::world::{World, body::Body, contact_event::ContactEvent, pistons::first_passage};
 
-/// Largest change of the slope of the cells in an epoch. Smaller: more epochs. Larger: longer cells.
+/// Largest change of the slope of the cells in an epoch. Smaller: more epochs. Larger: longer
+/// cells.
 const MAX_SHEAR_OF_EPOCH: f64 = 0.5;
 
 impl World {

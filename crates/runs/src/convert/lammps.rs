@@ -42,8 +42,8 @@ pub(super) fn write(frame: &TrajectoryFrame, step: u64, out: &mut impl Write) ->
     Ok(())
 }
 
-/// The lines of a box with these sides, tilt and half its thickness (length). Of a tilted one LAMMPS
-/// has the bounds of the parallelogram.
+/// The lines of a box with these sides, tilt and half its thickness (length). Of a tilted one
+/// LAMMPS has the bounds of the parallelogram.
 fn box_bounds([x, y]: [f64; 2], tilt: f64, half: f64) -> String {
     let along_z = format!("{:?} {half:?}", -half);
     if tilt == 0.0 {
