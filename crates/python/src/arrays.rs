@@ -47,7 +47,7 @@ fn owned<'py>(py: Python<'py>, view: &View<'_>, name: &str) -> PyResult<Bound<'p
     };
     match name {
         "positions" => pairs(&|body| body.motion.position.to_array()),
-        "unwrapped_positions" => pairs(&|body| body.unwrapped(view.bounds()).to_array()),
+        "unwrapped_positions" => pairs(&|body| body.unwrapped(&view.bounds()).to_array()),
         "velocities" => pairs(&|body| body.motion.velocity.to_array()),
         "angles" => single(&|body| body.motion.orientation.radians()),
         "angular_velocities" => single(&|body| body.motion.angular_velocity),

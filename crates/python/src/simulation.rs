@@ -66,7 +66,7 @@ impl From<Parameter> for MeasureParameter {
 }
 
 /// Energy, momentum, temperature, collisions, and energy lost, put in and given as heat.
-type Totals = (f64, [f64; 2], Option<f64>, u64, [f64; 7]);
+type Totals = (f64, [f64; 2], Option<f64>, u64, [f64; 8]);
 
 /// Marks a run in progress until it is dropped.
 struct Running<'a>(&'a AtomicBool);
