@@ -379,7 +379,7 @@ const PLAYER: &str = include_str!("animation.js");
 fn laid_out(title: &str, body: &str) -> String {
     // The body comes last: its text is not searched for further names.
     include_str!("page.html")
-        .replace("{{policy}}", &policy())
+        .replace("{{policy}}", &policy(body))
         .replace("{{version}}", env!("CARGO_PKG_VERSION"))
         .replace("{{theme}}", THEME)
         .replace("{{title}}", &title.replace("{{", "{ {"))
@@ -389,12 +389,17 @@ fn laid_out(title: &str, body: &str) -> String {
 /// The Content-Security-Policy of a page: no script but its own runs, whatever the files hold from
 /// which it is made, and nothing is loaded. Scripts are named by their hashes, so that a page made
 /// again has the same bytes. The hash is that of the whole text of the element.
-fn policy() -> String {
-    let [theme, player, gallery] =
-        [THEME, PLAYER, gallery::SCRIPT].map(|script| hash_source(&format!("\n{script}")));
+fn policy(body: &str) -> String {
+    let of_gallery = body.contains(gallery::SCRIPT).then_some(gallery::SCRIPT);
+    let scripts: Vec<String> = [THEME, PLAYER]
+        .into_iter()
+        .chain(of_gallery)
+        .map(|script| hash_source(&format!("\n{script}")))
+        .collect();
     format!(
-        "default-src 'none'; script-src {theme} {player} {gallery}; style-src 'unsafe-inline'; img-src data:; \
-         base-uri 'none'; form-action 'none'"
+        "default-src 'none'; script-src {}; style-src 'unsafe-inline'; img-src data:; \
+         base-uri 'none'; form-action 'none'",
+        scripts.join(" ")
     )
 }
 
