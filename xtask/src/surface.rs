@@ -8,7 +8,7 @@
 use std::{
     collections::{BTreeSet, HashSet},
     fs,
-    path::{Path, PathBuf},
+    path::Path,
     process::Command,
 };
 
@@ -17,6 +17,8 @@ use carom_runs::print_line;
 use carom_tables::Verdict;
 use clap::Args;
 use serde_json::Value;
+
+use crate::repository;
 
 /// The crates of the stable tier: the facade and the six layers.
 const STABLE: [&str; 7] = [
@@ -48,9 +50,7 @@ pub struct SurfaceOptions {
 /// # Errors
 /// A crate cannot be documented, or the list cannot be read or written.
 pub fn run(options: &SurfaceOptions) -> Result<Verdict> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .parent()
-        .context("the folder xtask has no parent")?;
+    let root = repository::root()?;
     let mut found = BTreeSet::new();
     for name in STABLE {
         let document = document(root, name)?;
@@ -101,9 +101,7 @@ fn document(root: &Path, package: &str) -> Result<Value> {
         .status()
         .context("cannot start cargo")?;
     ensure!(status.success(), "rustdoc failed for {package}");
-    let target =
-        std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), PathBuf::from);
-    let path = target
+    let path = repository::target_folder()?
         .join("doc")
         .join(format!("{}.json", package.replace('-', "_")));
     let text =

@@ -205,7 +205,7 @@ impl Grid {
         self.cells.iter_mut().for_each(SmallVec::clear);
         self.cells.resize_with(total, SmallVec::new);
         self.place.clear();
-        self.seam = world.seam();
+        self.seam = world.seam_at(0.0);
         for (index, motion) in motions.iter_mut().enumerate() {
             let mut across = motion.position.x;
             if let Some(seam) = &self.seam {

@@ -584,7 +584,10 @@ impl HeapScheduler {
         let motion = &self.motions[body as usize];
         let place = self.grid.place(body);
         let (near, far) = (self.grid.corner(place), self.grid.far_corner(place));
-        let seam = self.grid.seam();
+        if let Some(seam) = self.grid.seam() {
+            let (time, axis, direction) = seam.next_crossing(motion, [near, far], now);
+            return (time, CellStep { axis, direction });
+        }
         let mut soonest = (
             f64::INFINITY,
             CellStep {
@@ -592,12 +595,7 @@ impl HeapScheduler {
                 direction: 0,
             },
         );
-        if let Some(seam) = seam {
-            let (time, direction) = seam.time_across(motion, [near.x, far.x], now);
-            let axis = 0;
-            soonest = (now + time, CellStep { axis, direction });
-        }
-        for axis in usize::from(seam.is_some())..2 {
+        for axis in 0..2 {
             let velocity = motion.velocity[axis];
             // A velocity of exactly 0 never crosses; 0/0 and 1/−0 must not be formed.
             if velocity == 0.0 {

@@ -51,7 +51,7 @@ const FLUXES: usize = 6;
 ///
 /// let scene = Scene::from_toml("[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 400")?;
 /// let mut simulation = Simulation::new(&scene)?;
-/// let bins = FieldBins::grid(simulation.view().bounds(), [4, 4])?;
+/// let bins = FieldBins::grid(&simulation.view().bounds(), [4, 4])?;
 /// let mut fields = Fields::new(Group::All, bins);
 /// fields.start(&simulation.view());
 /// for sample in 1..=20 {

@@ -52,7 +52,7 @@ use crate::{
 /// let simulation = Simulation::new(&scene)?;
 /// let ranges = OrderRanges { near: 0.4, far: 0.4, bins: 4, spacing: 1.0, longest: 1.0 };
 /// for (k, expected) in [(2, 0.0), (4, 1.0)] {
-///     let mut order = OrientationalOrder::new(Group::All, k, simulation.view().bounds(), ranges)?;
+///     let mut order = OrientationalOrder::new(Group::All, k, &simulation.view().bounds(), ranges)?;
 ///     order.sample(&simulation.view());
 ///     assert!((order.series()[0].global - expected).abs() < 1e-12);
 /// }

@@ -23,7 +23,7 @@ use crate::{Group, Histogram, cell_list::CellList};
 ///
 /// let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 200")?;
 /// let mut simulation = Simulation::new(&scene)?;
-/// let mut pairs = PairDistribution::new([Group::All; 2], simulation.view().bounds(), 0.2, 20)?;
+/// let mut pairs = PairDistribution::new([Group::All; 2], &simulation.view().bounds(), 0.2, 20)?;
 /// for sample in 1..=5 {
 ///     simulation.run_until(f64::from(sample))?;
 ///     pairs.sample(&simulation.view());

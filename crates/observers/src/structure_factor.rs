@@ -35,7 +35,7 @@ const MAX_SHELLS: usize = 10_000;
 ///
 /// let scene = Scene::from_toml("[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 200")?;
 /// let mut simulation = Simulation::new(&scene)?;
-/// let mut structure = StructureFactor::new([Group::All; 2], simulation.view().bounds(), 5)?;
+/// let mut structure = StructureFactor::new([Group::All; 2], &simulation.view().bounds(), 5)?;
 /// for sample in 1..=20 {
 ///     simulation.run_until(0.2 * f64::from(sample))?;
 ///     structure.sample(&simulation.view());

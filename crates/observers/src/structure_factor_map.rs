@@ -38,7 +38,7 @@ const ROUNDING: f64 = 1e-12;
 /// "#)?;
 /// let simulation = Simulation::new(&scene)?;
 /// let bounds = simulation.view().bounds();
-/// let mut map = StructureFactorMap::new([Group::All; 2], bounds, 2.0 * TAU)?;
+/// let mut map = StructureFactorMap::new([Group::All; 2], &bounds, 2.0 * TAU)?;
 /// map.sample(&simulation.view());
 /// // Five columns and rows: waves of even n_x add up, those of odd n_x cancel.
 /// let points = map.points();

@@ -50,7 +50,7 @@ pub mod series;
 mod terminal;
 mod visible_region;
 mod whole_box;
-mod whole_file;
+pub mod whole_file;
 pub mod work_items;
 pub mod written_files;
 

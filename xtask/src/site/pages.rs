@@ -165,7 +165,7 @@ pub fn of_card(
     page.pictures(Layout::Beside, &charts);
     page.part(PagePart::Results);
     facts(&mut page, results);
-    table(&mut page, results);
+    table(&mut page, "All results", results);
     let folder = format!("../{}", card.results_name(is_quick));
     page.files(&[
         (
@@ -220,11 +220,11 @@ fn facts(page: &mut Page, results: &CardResults) {
 }
 
 /// All results that are judged or shown, against what is expected.
-fn table(page: &mut Page, results: &CardResults) {
+fn table(page: &mut Page, heading: &str, results: &CardResults) {
     let Some(summary) = &results.summary else {
         return;
     };
-    page.heading("All results");
+    page.heading(heading);
     let answers = summary.points.iter().flat_map(|point| {
         let label = point.short_label();
         point
@@ -270,18 +270,7 @@ pub fn validation(
     );
     page.part(PagePart::Results);
     for (results, _) in all {
-        let Some(summary) = &results.summary else {
-            continue;
-        };
-        page.heading(&results.card.title);
-        let answers = summary.points.iter().flat_map(|point| {
-            let label = point.short_label();
-            point
-                .answers
-                .iter()
-                .map(move |answer| answer.cells(label.clone()))
-        });
-        page.table(&EXPECTATIONS, &answers.collect::<Vec<_>>());
+        table(&mut page, &results.card.title, results);
     }
     let pages = all
         .iter()

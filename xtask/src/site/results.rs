@@ -12,6 +12,7 @@ use carom_runs::{
     manifest::REVISION,
     output::{Destination, MANIFEST, Resumption},
     resumable::Choices,
+    whole_file::write_whole,
 };
 use carom_sweeps::{
     expect::ExpectationAnswer,
@@ -187,7 +188,7 @@ fn options(study: PathBuf, folder: &Path, making: Making) -> SweepOptions {
 pub fn write(path: &Path, text: &str) -> Result<()> {
     let parent = path.parent().context("a file needs a folder")?;
     fs::create_dir_all(parent).with_context(|| format!("cannot create {}", parent.display()))?;
-    fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+    write_whole(path, text.as_bytes())
 }
 
 /// The revision that began the sweep in a folder, kept in a file beside it: continuing a sweep

@@ -19,6 +19,8 @@ use anyhow::{Context, Result};
 use carom_runs::print_line;
 use carom_tables::Verdict;
 
+use crate::repository;
+
 /// Description of a violation.
 type Fault = String;
 
@@ -27,9 +29,7 @@ type Fault = String;
 /// # Errors
 /// A file cannot be read.
 pub fn run(parse: commands::Parse) -> Result<Verdict> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .parent()
-        .context("the folder xtask has no parent")?;
+    let root = repository::root()?;
     let faults = faults(root, parse)?;
     for fault in &faults {
         print_line(fault);

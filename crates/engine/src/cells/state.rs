@@ -131,7 +131,7 @@ impl<F: CellFrame> CellState<F> {
                 .map(|winding| winding.map(|boxes| boxes as i16)),
         );
         self.wrapped.start(world.bodies().len());
-        (self.seam, self.work_of_shear) = (world.seam(), world.work_of_shear());
+        (self.seam, self.work_of_shear) = (world.seam_at(0.0), world.work_of_shear());
         let mut motions = Cow::Borrowed(world.motions());
         let mut columns = Vec::new();
         if let Some(seam) = self.seam {
@@ -423,26 +423,13 @@ impl<F: CellFrame> CellState<F> {
         body: u32,
         now: f64,
     ) -> (f64, RecordKind) {
-        let (record, motion) = (&self.records[body as usize], self.motion(body));
         let side = self.grid.side();
-        let [column, row] = record.cell().map(f64::from);
-        let across = [column * side.x, (column + 1.0) * side.x];
-        let (sideways, direction) = seam.time_across(&motion, across, now);
-        let sideways = (
-            now + sideways,
-            RecordKind::crossing(0, u32::from(direction < 0)),
-        );
-        let goes_down = motion.velocity.y < 0.0;
-        if motion.velocity.y == 0.0 {
-            return sideways;
-        }
-        let border = (if goes_down { row } else { row + 1.0 }) * side.y;
-        let time = motion.time + (border - motion.position.y) / motion.velocity.y;
-        if time < sideways.0 {
-            (time.max(now), RecordKind::crossing(1, goes_down.into()))
-        } else {
-            sideways
-        }
+        let [column, row] = self.records[body as usize].cell().map(f64::from);
+        let near = DVec2::new(column, row);
+        let corners = [near, near + 1.0].map(|corner| corner * side);
+        let (time, axis, direction) = seam.next_crossing(&self.motion(body), corners, now);
+        let kind = RecordKind::crossing(axis as u32, (direction < 0).into());
+        (time, kind)
     }
 
     /// Adds the energy that a body gains if this crossing takes it through the seam.

@@ -44,15 +44,15 @@ struct NearBody {
 fn census(view: &View<'_>) -> OverlapCensus {
     let bounds = view.bounds();
     let sides = bounds.sides();
-    // Under shear cells are parallelograms, as those of the schedulers.
-    let slope = bounds.tilt() / sides.y;
-    let across = |place: DVec2| place.x - slope * place.y;
     let mut bodies: Vec<BodyView<'_>> = view.bodies().collect();
-    if bounds.tilt() != 0.0 {
-        for BodyView { motion, .. } in &mut bodies {
-            motion.position.x -= (across(motion.position) / sides.x).floor() * sides.x;
+    // Under shear cells are parallelograms, as those of the schedulers.
+    let seam = view.world.seam_at(view.offset);
+    if let Some(seam) = &seam {
+        for body in &mut bodies {
+            seam.enter_cells(&mut body.motion);
         }
     }
+    let across = |place: DVec2| seam.map_or(place.x, |seam| seam.across(place));
     let reach = view.world.largest_reach();
     // At least one cell, and at most about √N per side for N bodies: an empty cell costs as much as
     // a full one.

@@ -225,23 +225,29 @@ impl ReactionTable {
         if from == to {
             return;
         }
-        let (classes, (rough, by_default)) = (&self.classes, &self.rough);
-        let [_, after] = self
-            .relabelled
-            .entry((Arc::as_ptr(kind).addr(), from, to))
-            .or_insert_with(|| {
-                let tags = replaced(&kind.tags, from, to);
-                let tag_class = classes.get(&tags).copied().unwrap_or(0);
-                let of_class = rough.get(tag_class as usize).copied();
-                let after = BodyKind {
-                    tags,
-                    tag_class,
-                    has_rough_contacts: of_class.unwrap_or(*by_default),
-                    ..BodyKind::clone(kind)
-                };
-                [Arc::clone(kind), Arc::new(after)]
-            });
-        *kind = Arc::clone(after);
+        let key = (Arc::as_ptr(kind).addr(), from, to);
+        if let Some([_, after]) = self.relabelled.get(&key) {
+            *kind = Arc::clone(after);
+            return;
+        }
+        let tags = replaced(&kind.tags, from, to);
+        let tag_class = self.classes.get(&tags).copied().unwrap_or(0);
+        let (rough, by_default) = &self.rough;
+        let of_class = rough.get(tag_class as usize).copied();
+        let after = BodyKind {
+            tags,
+            tag_class,
+            has_rough_contacts: of_class.unwrap_or(*by_default),
+            ..BodyKind::clone(kind)
+        };
+        // A body that gets an earlier tag back gets the earlier description, so that their number
+        // is that of the sets of tags, not of the reactions.
+        let mut known = self.relabelled.values().flatten();
+        let known = known.find(|known| known.is_like(&after)).cloned();
+        let after = known.unwrap_or_else(|| Arc::new(after));
+        self.relabelled
+            .insert(key, [Arc::clone(kind), Arc::clone(&after)]);
+        *kind = after;
     }
 
     /// All sets of tags that bodies have or may get, without classes yet.

@@ -5,7 +5,7 @@ use std::{collections::HashMap, sync::Arc};
 
 use carom_detection::Detection;
 use carom_geometry::MAX_MAGNITUDE;
-use carom_kinematics::{EpochTime, kinetic_energy};
+use carom_kinematics::{EpochTime, Motion, kinetic_energy};
 use carom_response::Response;
 
 use crate::{
@@ -358,7 +358,12 @@ impl Batch {
     /// Those of [`Simulation::reset_energy`].
     pub fn reset_energy(&mut self, key: BodyKey, energy: f64) -> Result<(), EditError> {
         let index = self.index(key)?;
-        let factor = energy_factor(&self.world, &self.names, index, energy)?;
+        let factor = energy_factor(
+            &self.world,
+            &self.names,
+            (index, &self.world.motions[index]),
+            energy,
+        )?;
         self.scale(&[(index, factor)]);
         Ok(())
     }
@@ -712,21 +717,25 @@ pub(crate) fn energy_factors(
 ) -> Result<Vec<(usize, f64)>, EditError> {
     (0..world.bodies.len())
         .filter(|&index| !world.bodies[index].is_fixed() && chosen(index))
-        .map(|index| energy_factor(world, names, index, energy).map(|factor| (index, factor)))
+        .map(|index| {
+            let body = (index, &world.motions[index]);
+            energy_factor(world, names, body, energy).map(|factor| (index, factor))
+        })
         .collect()
 }
 
-/// The factor for velocity and angular velocity of a body that gives it this energy.
+/// The factor for velocity and angular velocity of a body with this motion that gives it this
+/// energy.
 pub(crate) fn energy_factor(
     world: &World,
     names: &TagNames,
-    index: usize,
+    (index, motion): (usize, &Motion),
     energy: f64,
 ) -> Result<f64, EditError> {
     if !(energy.is_finite() && energy > 0.0) {
         return Err(EditError::Energy(energy));
     }
-    let (body, motion) = (&world.bodies[index], &world.motions[index]);
+    let body = &world.bodies[index];
     if body.is_fixed() {
         return Err(EditError::Fixed(BodyName::new(body, names)));
     }

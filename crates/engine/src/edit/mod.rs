@@ -232,7 +232,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     pub fn reset_energy(&mut self, key: BodyKey, energy: f64) -> Result<(), EditError> {
         let index = self.index(key)?;
         self.settle();
-        let factor = energy_factor(&self.world, &self.names, index, energy)?;
+        let factor = energy_factor(
+            &self.world,
+            &self.names,
+            (index, &self.world.motions[index]),
+            energy,
+        )?;
         self.scale(index, factor);
         Ok(())
     }

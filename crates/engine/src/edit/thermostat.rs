@@ -25,9 +25,6 @@ use crate::{
     },
 };
 
-/// A body (index), its new motion, and its axis if it is driven along one of its own.
-type Change = (usize, Motion, Option<Orientation>);
-
 /// A change of all velocities relative to one of them, by a factor.
 #[derive(Debug, Clone, Copy)]
 struct Rescaling {
@@ -94,20 +91,23 @@ impl Batch {
         key: DrawKey,
     ) -> Result<ThermostatCounts, EditError> {
         self.start_to_move();
-        let before = self.energies_of(tag);
         let rescaling = self.rescaling(tag, rule);
-        let (counts, changes) = if self.world.is_sheared() {
-            let motions = self.world.motions.clone();
-            self.world.add_flow(-1.0);
-            let changes = self.effects(tag, rule, rescaling, key);
-            self.world.motions = motions;
-            changes?
-        } else {
-            self.effects(tag, rule, rescaling, key)?
-        };
+        let (mut counts, mut changes) = (ThermostatCounts::default(), Vec::new());
+        for index in self.members(tag) {
+            match self.effect(index, rule, rescaling, key)? {
+                Effect::Changed(motion) => changes.push((index, motion, None)),
+                Effect::Driven(motion, axis) => changes.push((index, motion, Some(axis))),
+                Effect::AtRest => counts.at_rest += 1,
+                Effect::Fixed => counts.fixed += 1,
+            }
+        }
+        counts.changed = changes.len() as u64;
+        let before = self.energies_of(tag);
         self.moves |= !changes.is_empty();
         for (index, mut motion, axis) in changes {
-            motion.velocity += self.world.flow_at(motion.position);
+            if self.world.is_sheared() {
+                motion.velocity += self.world.flow_at(motion.position);
+            }
             self.world.motions[index] = motion;
             if let Some(axis) = axis {
                 self.world.set_axis(index, axis);
@@ -121,28 +121,16 @@ impl Batch {
         Ok(counts)
     }
 
-    /// The motions that a rule gives to the bodies of a tag, with new axes, relative to the flow.
-    fn effects(
-        &self,
-        tag: Tag,
-        rule: &ThermostatRule,
-        rescaling: Option<Rescaling>,
-        key: DrawKey,
-    ) -> Result<(ThermostatCounts, Vec<Change>), EditError> {
-        let (mut counts, mut changes) = (ThermostatCounts::default(), Vec::new());
-        for index in self.members(tag) {
-            match self.effect(index, rule, rescaling, key)? {
-                Effect::Changed(motion) => changes.push((index, motion, None)),
-                Effect::Driven(motion, axis) => changes.push((index, motion, Some(axis))),
-                Effect::AtRest => counts.at_rest += 1,
-                Effect::Fixed => counts.fixed += 1,
-            }
+    /// The motion of a body relative to the flow.
+    fn relative_to_flow(&self, index: usize) -> Motion {
+        let mut motion = self.world.motions[index];
+        if self.world.is_sheared() {
+            motion.velocity -= self.world.flow_at(motion.position);
         }
-        counts.changed = changes.len() as u64;
-        Ok((counts, changes))
+        motion
     }
 
-    /// The motion that a rule gives to a body.
+    /// The motion that a rule gives to a body, relative to the flow.
     fn effect(
         &self,
         index: usize,
@@ -150,7 +138,7 @@ impl Batch {
         rescaling: Option<Rescaling>,
         key: DrawKey,
     ) -> Result<Effect, EditError> {
-        let (body, motion) = (&self.world.bodies[index], &self.world.motions[index]);
+        let (body, motion) = (&self.world.bodies[index], &self.relative_to_flow(index));
         let draw = ActionDraw::new(body, key);
         let changed = match rule {
             ThermostatRule::EnergyReset(_) | ThermostatRule::Maxwell(_) if !body.is_free() => {
@@ -201,7 +189,7 @@ impl Batch {
         rule: &SelfPropulsion,
         key: DrawKey,
     ) -> Result<Effect, EditError> {
-        let (body, motion) = (&self.world.bodies[index], &self.world.motions[index]);
+        let (body, motion) = (&self.world.bodies[index], &self.relative_to_flow(index));
         let draw = ActionDraw::new(body, key);
         let has_own_axis = body.molecule().is_round() && !body.can_turn();
         let own_axis = has_own_axis.then(|| {
@@ -221,9 +209,9 @@ impl Batch {
 
     fn reset(&self, index: usize, target: ThermostatTarget) -> Result<Effect, EditError> {
         let energy = target.energy_of(&self.world.bodies[index]);
-        match energy_factor(&self.world, &self.names, index, energy) {
+        let mut motion = self.relative_to_flow(index);
+        match energy_factor(&self.world, &self.names, (index, &motion), energy) {
             Ok(factor) => {
-                let mut motion = self.world.motions[index];
                 motion.velocity *= factor;
                 motion.angular_velocity *= factor;
                 Ok(Effect::Changed(motion))

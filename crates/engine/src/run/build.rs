@@ -120,7 +120,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         world.shear_rate = shear_rate_of("box.shear_rate", scene.bounds.shear_rate)?;
         refuse_shear(&world, |body| singles.entry_of(body, &counts))?;
         if world.is_sheared() {
-            world.add_flow(1.0);
+            world.add_flow();
         }
         refuse_pistons(&world, |body| singles.entry_of(body, &counts))?;
         world.random_key = [scene.bounds.seed, scene.bounds.replica];

@@ -213,7 +213,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
             return;
         }
         let [a, b] = before.map(|motion| motion.position);
-        let mut separation = b + world.bounds.shift(contact.image) - a;
+        let mut separation = b + world.shift_of(contact) - a;
         if reaction.bodies != contact.bodies {
             separation = -separation;
         }

@@ -462,8 +462,6 @@ impl World {
     /// Moves all bodies to `offset` in the epoch and begins a new epoch there.
     pub(crate) fn rebase(&mut self, offset: f64) {
         let slowing = self.clock.slowing(offset);
-        self.bounds = self.bounds_at(offset);
-        let speed_of_images = self.speed_of_images();
         let fallen = self.accelerates().then(|| self.falling_frame(offset));
         let of_pistons: Vec<_> = self
             .pistons()
@@ -474,13 +472,8 @@ impl World {
                 self.motions[body] = motion;
             }
         }
-        for (index, ((motion, body), winding)) in self
-            .motions
-            .iter_mut()
-            .zip(&self.bodies)
-            .zip(&mut self.windings)
-            .enumerate()
-        {
+        for index in 0..self.bodies.len() {
+            let (body, motion) = (&self.bodies[index], &self.motions[index]);
             if body.is_fixed() && motion.is_at_rest() && motion.time == 0.0 {
                 continue;
             }
@@ -491,19 +484,19 @@ impl World {
                 here.position += frame.position;
                 here.velocity += frame.velocity;
             }
-            let (position, image) = self.bounds.wrap(here.position);
-            *motion = Motion {
-                position,
+            let (wrapped, image) = self.wrapped_at(&here, offset);
+            if image[1] != 0 && self.shear_rate != 0.0 {
+                self.work_of_shear += Self::gained(body, &here, &wrapped);
+            }
+            self.motions[index] = Motion {
                 time: 0.0,
-                ..here
+                ..wrapped
             };
+            let winding = &mut self.windings[index];
             winding[0] += image[0];
             winding[1] += image[1];
-            if image[1] != 0 && speed_of_images != 0.0 {
-                motion.velocity.x -= speed_of_images * image[1] as f64;
-                self.work_of_shear += Self::gained(body, &here, motion);
-            }
         }
+        self.bounds = self.bounds_at(offset);
         self.fold_tilt();
         for table in &mut self.wall_tables {
             table.begins -= offset;

@@ -76,12 +76,11 @@ impl World {
         DVec2::new(self.shear_rate * (place.y - middle), 0.0)
     }
 
-    /// The seam of a sheared box; `None` without a shear.
-    pub(crate) fn seam(&self) -> Option<Seam> {
+    /// The seam of a sheared box from an offset in the epoch on (time); `None` without a shear.
+    pub(crate) fn seam_at(&self, offset: f64) -> Option<Seam> {
         self.is_sheared().then(|| Seam {
-            tilt: self.bounds.tilt(),
+            bounds: self.bounds_at(offset),
             speed: self.speed_of_images(),
-            sides: self.bounds.sides(),
         })
     }
 
@@ -96,7 +95,7 @@ impl World {
     /// lower one (−1) and is seen in the box again, and the energy that it gains thereby (mass ×
     /// length² / time²).
     pub fn pass_seam(&self, body: u32, motion: &Motion, rows: i32) -> (Motion, f64) {
-        let Some(seam) = self.seam() else {
+        let Some(seam) = self.seam_at(0.0) else {
             let mut after = *motion;
             after.position.y -= f64::from(rows) * self.bounds.sides().y;
             return (after, 0.0);
@@ -151,38 +150,35 @@ impl World {
         }
         self.bounds = self.bounds.tilted(tilt - boxes * side);
         for winding in &mut self.windings {
-            winding[0] += winding[1] * boxes as i64;
+            let shift = winding[1].saturating_mul(boxes as i64);
+            winding[0] = winding[0].saturating_add(shift);
         }
     }
 
-    /// Adds the flow, this many times, to the velocities of all bodies.
-    pub(crate) fn add_flow(&mut self, times: f64) {
+    /// Adds the flow to the velocities of all bodies.
+    pub(crate) fn add_flow(&mut self) {
         for index in 0..self.motions.len() {
             let flow = self.flow_at(self.motions[index].position);
-            self.motions[index].velocity += times * flow;
+            self.motions[index].velocity += flow;
         }
     }
 }
 
-/// The upper and lower side of a sheared box in an epoch, and the cells that shear with it.
+/// The upper and lower side of a sheared box, and the cells that shear with it; times are from the
+/// moment on that its tilt is of.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Seam {
-    /// Shift along x of the next box above at the start of the epoch (length), and its speed.
-    tilt: f64,
+    bounds: PeriodicBox,
+    /// Speed of the next box above (length per time).
     speed: f64,
-    sides: DVec2,
 }
 
 impl Seam {
-    /// The shift of an image at the start of the epoch (length), and its velocity.
+    /// The shift of an image at time 0 (length), and its velocity.
     #[inline]
-    pub(crate) fn shift(&self, [across, up]: [i32; 2]) -> [DVec2; 2] {
-        let rows = f64::from(up);
-        let place = DVec2::new(
-            f64::from(across) * self.sides.x + rows * self.tilt,
-            rows * self.sides.y,
-        );
-        [place, DVec2::new(rows * self.speed, 0.0)]
+    pub(crate) fn shift(&self, image: [i32; 2]) -> [DVec2; 2] {
+        let velocity = DVec2::new(self.speed * f64::from(image[1]), 0.0);
+        [self.bounds.shift(image.map(i64::from)), velocity]
     }
 
     /// The motion in the box of a body that is `rows` boxes above it.
@@ -201,30 +197,60 @@ impl Seam {
         self.speed.abs()
     }
 
-    /// Takes a motion at the start of the epoch to the image in the parallelogram that the cells
-    /// cover. Returns x − slope y there, from 0 to the side (length), and the number of boxes by
-    /// which it has moved.
-    pub(crate) fn enter_cells(&self, motion: &mut Motion) -> (f64, i64) {
-        let slope = self.tilt / self.sides.y;
-        let across = motion.position.x - slope * motion.position.y;
-        let boxes = (across / self.sides.x).floor();
-        motion.position.x -= boxes * self.sides.x;
-        let across = motion.position.x - slope * motion.position.y;
-        (across.max(0.0), boxes as i64)
+    /// x − slope y of a place at time 0 (length).
+    #[inline]
+    pub(crate) fn across(&self, place: DVec2) -> f64 {
+        place.x - self.bounds.tilt() / self.bounds.sides().y * place.y
     }
 
-    /// The time from `now` (offset in the epoch) until a body leaves its cell through one of the
-    /// `borders` across x − slope y (length), and the direction in which it does; infinite if it
-    /// does not.
-    pub(crate) fn time_across(&self, motion: &Motion, borders: [f64; 2], now: f64) -> (f64, i32) {
-        let rate = self.speed / self.sides.y;
-        let slope = self.tilt / self.sides.y + rate * now;
+    /// Takes a motion at time 0 to the image in the parallelogram that the cells cover. Returns
+    /// x − slope y there, from 0 to the side (length), and the number of boxes by which it has
+    /// moved.
+    pub(crate) fn enter_cells(&self, motion: &mut Motion) -> (f64, i64) {
+        let side = self.bounds.sides().x;
+        let boxes = (self.across(motion.position) / side).floor();
+        motion.position.x -= boxes * side;
+        (self.across(motion.position).max(0.0), boxes as i64)
+    }
+
+    /// The time at which a body leaves its cell, not before `now`, and through which side: the axis
+    /// across it (0 for x − slope y, 1 for y) and the direction. `corners` are the lower and the
+    /// upper one in these coordinates (length). Infinite if it stays.
+    pub(crate) fn next_crossing(
+        &self,
+        motion: &Motion,
+        corners: [DVec2; 2],
+        now: f64,
+    ) -> (f64, usize, i32) {
+        let sides = self.bounds.sides();
+        let rate = self.speed / sides.y;
+        let slope = self.bounds.tilt() / sides.y + rate * now;
         let place = motion.position_at(now);
         let across = place.x - slope * place.y;
         let velocity = (motion.velocity.x - slope * motion.velocity.y) - rate * place.y;
         let acceleration = -2.0 * (rate * motion.velocity.y);
-        let up = first_passage(borders[1] - across, velocity, acceleration);
-        let down = first_passage(across - borders[0], -velocity, -acceleration);
-        if down < up { (down, -1) } else { (up, 1) }
+        let [near, far] = corners;
+        let right = now + first_passage(far.x - across, velocity, acceleration);
+        let left = now + first_passage(across - near.x, -velocity, -acceleration);
+        let sideways = if left < right {
+            (left, 0, -1)
+        } else {
+            (right, 0, 1)
+        };
+        let (border, direction) = if motion.velocity.y > 0.0 {
+            (far.y, 1)
+        } else {
+            (near.y, -1)
+        };
+        // A velocity of exactly 0 never crosses; 0/0 and 1/−0 must not be formed.
+        if motion.velocity.y == 0.0 {
+            return sideways;
+        }
+        let time = motion.time + (border - motion.position.y) / motion.velocity.y;
+        if time < sideways.0 {
+            (time.max(now), 1, direction)
+        } else {
+            sideways
+        }
     }
 }
