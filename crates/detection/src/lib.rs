@@ -98,6 +98,7 @@ mod squared_gap;
 mod strip;
 mod support_edge;
 mod support_pair;
+mod tether;
 pub mod tolerance;
 mod trace;
 
@@ -119,6 +120,7 @@ pub use error_bound::ErrorBound;
 pub use resolved_speed::resolved_speed;
 #[doc(hidden)]
 pub use skimming::{SearchWindow, skim};
+pub use tether::{Tether, TetherBound, TetherError, TetherOutcome};
 pub use trace::{MAX_RECORDED, Parts, Phase, SearchStep, Trace};
 
 use carom_geometry::{Atom, Outline};

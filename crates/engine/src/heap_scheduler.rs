@@ -15,6 +15,7 @@
 //! body's cell lists the wall; every cell from which the wall can be touched in the epoch lists it.
 //!
 //! 1. **Contact implies relation.** *Proof.* A cell is at least as long as any two bodies reach.
+//!    Bodies with a bond are related at all times.
 //! 2. **A relation begins with a prediction.** *Proof.* It begins at the start of an epoch, or when
 //!    one of the two enters a cell; in both cases the pair is predicted at that moment.
 //! 3. **A new motion is predicted.** When a motion changes, all related pairs of its body are
@@ -27,7 +28,7 @@
 
 use std::{cmp::Ordering, collections::BinaryHeap};
 
-use carom_detection::{DISC_LANES, Detection, DiscLanes, Outcome};
+use carom_detection::{DISC_LANES, Detection, DiscLanes, Outcome, TetherOutcome};
 use carom_geometry::Molecule;
 use carom_kinematics::{Motion, RelativeMotion};
 
@@ -40,7 +41,7 @@ use crate::{
         ContactEvent, EventLoop, EventQueue, Scheduler, StoredMotions, TouchingParts, ordered,
         separation_error,
     },
-    world::{World, counters::SchedulerCounters, wrapped::Wrapped},
+    world::{World, counters::SchedulerCounters, tethers::BondEnd, wrapped::Wrapped},
 };
 
 /// The thesis's scheduler: one heap of all predicted events, and a plain grid of cells.
@@ -81,6 +82,8 @@ struct Entry {
 enum Kind {
     Contact(TouchingParts),
     Recheck,
+    /// A bond is certified free until then.
+    BondRecheck(u32),
     /// A piston reaches a stop; `bodies` holds it twice.
     Stop,
     /// The first body enters the next cell; `bodies` holds it twice.
@@ -91,7 +94,7 @@ impl Entry {
     fn rank(&self) -> (u32, u32, u8) {
         let kind = match self.kind {
             Kind::Crossing(_) => 0,
-            Kind::Recheck => 1,
+            Kind::Recheck | Kind::BondRecheck(_) => 1,
             Kind::Contact(_) => 2,
             Kind::Stop => 3,
         };
@@ -131,6 +134,7 @@ impl Scheduler for HeapScheduler {
     const RUNS_DRIVEN_BODIES: bool = true;
     const RUNS_PISTONS: bool = true;
     const RUNS_SHEAR: bool = true;
+    const RUNS_TETHERS: bool = true;
 
     fn new(cells_per_side: &CellsPerSide, world: &World) -> Result<Self, GridError> {
         Ok(Self {
@@ -175,6 +179,7 @@ impl Scheduler for HeapScheduler {
             let counts = |other: u32| other > body || world.bodies()[other as usize].is_fixed();
             self.gather(world, body, &mut neighbours, counts);
             self.predict(world, detection, body, &neighbours, 0.0);
+            self.predict_bonds(world, body, counts, 0.0);
             self.schedule_crossing(world, body, 0.0);
         }
         self.neighbours = neighbours;
@@ -252,6 +257,10 @@ impl EventQueue for HeapScheduler {
                     let image = self.present_image(&entry).map(|boxes| boxes as i32);
                     self.predict_pair(world, detection, [a, b], image, entry.time);
                 }
+                Kind::BondRecheck(bond) => {
+                    self.done.rechecks += 1;
+                    self.predict_bond(world, bond, [a, b], entry.time);
+                }
                 Kind::Stop => return Some(ContactEvent::stop(a, entry.time)),
                 Kind::Crossing(step) => self.cross(world, detection, a, step, entry.time),
             }
@@ -292,6 +301,7 @@ impl EventQueue for HeapScheduler {
             };
             self.gather(world, body, &mut neighbours, counts);
             self.predict(world, detection, body, &neighbours, now);
+            self.predict_bonds(world, body, counts, now);
             self.schedule_crossing(world, body, now);
         }
         self.neighbours = neighbours;
@@ -542,6 +552,38 @@ impl HeapScheduler {
         };
         if later <= self.limit {
             self.schedule(pair, image, later, kind);
+        }
+    }
+
+    /// Predicts the bonds of a body with the bodies that count.
+    fn predict_bonds(&mut self, world: &World, body: u32, counts: impl Fn(u32) -> bool, now: f64) {
+        for &BondEnd { bond, partner } in world.bonds_of(body) {
+            if counts(partner) {
+                self.predict_bond(world, bond, world.bonds()[bond as usize].bodies, now);
+            }
+        }
+    }
+
+    fn predict_bond(&mut self, world: &World, bond: u32, bodies: [u32; 2], now: f64) {
+        self.done.pairs += 1;
+        let motions = bodies.map(|body| &self.motions[body as usize]);
+        let (outcome, image) = world.first_bond_event(bond, motions, now, self.limit - now);
+        let (later, kind) = match outcome {
+            TetherOutcome::Free => return,
+            TetherOutcome::Reached(time, bound) => {
+                let parts = TouchingParts::Bond(bond, bound);
+                (now + time, Kind::Contact(parts))
+            }
+            TetherOutcome::FreeUntil(time) => {
+                ((now + time).max(now.next_up()), Kind::BondRecheck(bond))
+            }
+            TetherOutcome::OutOfRange => {
+                self.done.unresolved += 1;
+                return;
+            }
+        };
+        if later <= self.limit {
+            self.schedule(bodies, image, later, kind);
         }
     }
 

@@ -68,6 +68,7 @@ pub use run::invariants::Violation;
 pub use run::observer::Observer;
 pub use run::simulation::Simulation;
 pub use scene::atom_spec::AtomSpec;
+pub use scene::bond_spec::{BondSpec, ChainSpec, TetherSpec};
 pub use scene::container_spec::{CircleSpec, ContainerSpec, MushroomSpec, StadiumSpec};
 pub use scene::distribution::{Distribution, Quantity};
 pub use scene::elasticity_spec::{ElasticityRule, ElasticitySpec, Restitution};
@@ -107,6 +108,7 @@ pub use world::heat::{HeatByTag, TagHeat, ThermostatCounts};
 pub use world::reaction_record::{ReactionCounts, ReactionRecord};
 pub use world::report::{CollisionReport, Side};
 pub use world::tags::{Tag, TagNames, Tags};
+pub use world::tethers::{Bond, BondEnd, BondView};
 pub use world::view::{BodyView, View};
 
 // Parts that runs of scenes and tests of accuracy share; no user of the library needs them.

@@ -59,6 +59,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! # Tethers
+//!
+//! Two bodies may be tied by a bond ([`World::bonds`]), which reaches one of its bounds like a
+//! contact, with [`TouchingParts::Bond`] as its parts. A scheduler that predicts the bonds of a body
+//! whenever it predicts the body sets [`Scheduler::RUNS_TETHERS`].
+//!
 //! # Rounding
 //!
 //! The error of a position is a few roundings of the side of the box. [`separation_error`] bounds
@@ -282,18 +288,23 @@ pub trait Scheduler: Sized {
     /// scenes with a shear are refused.
     const RUNS_SHEAR: bool = false;
 
+    /// Whether it predicts the bonds of bodies ([`World::bonds_of`],
+    /// [`World::first_bond_event`]) with every prediction of one of them. Default: false, and
+    /// scenes with bonds are refused.
+    const RUNS_TETHERS: bool = false;
+
     /// Creates a scheduler for this world, without an epoch.
     ///
     /// # Errors
     /// [`GridError`] if the options do not fit the bodies.
     fn new(options: &Self::Options, world: &World) -> Result<Self, GridError>;
 
-    /// Creates a scheduler like [`Self::new`], unless bodies are driven or are pistons, or
-    /// images move, and it does not run that.
+    /// Creates a scheduler like [`Self::new`], unless bodies are driven, are pistons or are
+    /// tethered, or images move, and it does not run that.
     ///
     /// # Errors
-    /// Those of [`Self::new`], [`GridError::DrivenBodies`], [`GridError::Pistons`] and
-    /// [`GridError::Shear`].
+    /// Those of [`Self::new`], [`GridError::DrivenBodies`], [`GridError::Pistons`],
+    /// [`GridError::Shear`] and [`GridError::Tethers`].
     fn checked(options: &Self::Options, world: &World) -> Result<Self, GridError> {
         if world.is_driven() && !Self::RUNS_DRIVEN_BODIES {
             return Err(GridError::DrivenBodies);
@@ -303,6 +314,9 @@ pub trait Scheduler: Sized {
         }
         if world.is_sheared() && !Self::RUNS_SHEAR {
             return Err(GridError::Shear);
+        }
+        if world.is_tethered() && !Self::RUNS_TETHERS {
+            return Err(GridError::Tethers);
         }
         Self::new(options, world)
     }

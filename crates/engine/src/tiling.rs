@@ -201,6 +201,8 @@ pub enum TileUse {
     Gravity,
     /// Images above and below move, so that the cells across the seam slide.
     Shear,
+    /// Bodies are tied to each other: a tether acts across borders of tiles.
+    Tethers,
     /// Rules for pairs of tags affect bodies ([`TransparentSpec`](crate::TransparentSpec),
     /// [`DiameterSpec`](crate::DiameterSpec)), of which tiles know nothing.
     PairRules,
@@ -225,6 +227,7 @@ impl fmt::Display for TileUse {
             Self::MovingWalls => "a wall moves",
             Self::Gravity => "bodies fall",
             Self::Shear => "the box is sheared",
+            Self::Tethers => "bodies are tethered to each other",
             Self::Pistons => "a piston moves",
             Self::PairRules => "rules for pairs of tags",
             Self::Dilute => "a dilute gas",

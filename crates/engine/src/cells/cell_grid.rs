@@ -31,8 +31,8 @@ pub(super) enum CellContents {
     Discs,
     /// Equal discs at large distances, in cells of a few discs each.
     DiluteDiscs,
-    /// Discs of which some do not see each other, or touch at another distance than the sum of
-    /// their radii, in cells with neighbour lists.
+    /// Discs of which some do not see each other, touch at another distance than the sum of their
+    /// radii, or have bonds, in cells with neighbour lists.
     DiscsByPair,
     /// Molecules and any small discs, in cells with neighbour lists.
     Molecules,
@@ -68,10 +68,11 @@ impl CellGrid {
         let sides = world.bounds().sides();
         let moving = || world.bodies().iter().filter(|body| body.is_free());
         let discs = moving().filter(|body| body.kind.molecule.is_disc()).count();
-        let by_pair = world.pairs.is_active();
+        // Discs with bonds take the search that looks at more than the cells.
+        let by_pair = world.pairs.is_active() || world.is_tethered();
         // The search among molecules takes the radii as they are: discs with a factor on their
         // contact distance live in cells of discs.
-        let by_diameter = by_pair && world.pairs.has_diameters() && discs > 0;
+        let by_diameter = world.pairs.has_diameters() && discs > 0;
         // Under shear the search among molecules is the one that knows of images that move.
         let is_sheared = world.is_sheared();
         if is_sheared && by_diameter {

@@ -59,7 +59,10 @@
 //!    the strip, at a time bounded by its top speed, as an event that lists it anew and predicts
 //!    it; its stops are events too. So every relation begins with a prediction of one of the two
 //!    (lemma 2).
-//! 8. **One partner may be skipped.** Of two bodies that have just met, the prediction of the first
+//! 8. **Tethers.** Lemmas 1 to 5 hold for the events of bonds. *Proof.* Two bodies with a bond are
+//!    related at all times, in the image that the bond holds; every prediction of either searches
+//!    it, up to the event that it keeps.
+//! 9. **One partner may be skipped.** Of two bodies that have just met, the prediction of the first
 //!    may leave out the second. *Proof.* The first is not the body of the pair that is predicted
 //!    last.
 //!
@@ -74,7 +77,8 @@
 //! 4. The workspace of a run, of which any number may exist: `state`.
 //! 5. Lists of multi-cell bodies: `walls`, `multi_cell::listing`.
 //! 6. Predictions: `dispatch`, the searches in `multi_cell`, `discs`, `discs_by_pair`, `dilute`,
-//!    `molecule_search`, and `prediction`, which selects one of them by the contents of the cells.
+//!    `molecule_search`, `tethers`, and `prediction`, which selects one of them by the contents of the
+//!    cells.
 //! 7. The loop over the events: `events`; and `tiles`, which runs parts of the box on their own.
 //!
 //! # Epochs
@@ -110,6 +114,7 @@ mod prefetch;
 mod simd;
 mod slot;
 mod state;
+mod tethers;
 mod tiles;
 mod walls;
 
@@ -178,6 +183,7 @@ impl Cells {
             _ if world.pairs.is_active() => Some(TileUse::PairRules),
             _ if world.has_thermal_walls => Some(TileUse::ThermalWalls),
             _ if world.is_sheared() => Some(TileUse::Shear),
+            _ if world.is_tethered() => Some(TileUse::Tethers),
             _ if world.has_reactions => Some(TileUse::Reactions),
             _ if world.pistons().next().is_some() => Some(TileUse::Pistons),
             _ if world.has_gravity() => Some(TileUse::Gravity),
@@ -323,6 +329,7 @@ impl Scheduler for CellScheduler {
     const RUNS_DRIVEN_BODIES: bool = true;
     const RUNS_PISTONS: bool = true;
     const RUNS_SHEAR: bool = true;
+    const RUNS_TETHERS: bool = true;
 
     fn new(instructions: &Instructions, world: &World) -> Result<Self, GridError> {
         // Also rejects a box in which a molecule can touch its own image.

@@ -80,6 +80,9 @@ impl<F: CellFrame> CellState<F> {
         } else {
             predict_molecule(self, world, detection, body, now, except);
         }
+        if world.is_tethered() {
+            self.search_bonds(world, body, now, except);
+        }
         self.records[body as usize].time
     }
 

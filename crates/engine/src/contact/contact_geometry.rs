@@ -5,7 +5,7 @@
     reason = "compiled with the instructions of the caller"
 )]
 
-use carom_detection::Part;
+use carom_detection::{Part, TetherBound};
 use carom_geometry::{SupportPoint, atom_tangents, edge_tangents};
 use carom_kinematics::Motion;
 use carom_response::ContactFrame;
@@ -32,6 +32,9 @@ pub(crate) fn contact_geometry(
         parts,
         ..
     } = *contact;
+    if let TouchingParts::Bond(bond, bound) = parts {
+        return bond_frame(world, contact, (bond, bound), before);
+    }
     let pair = bodies.map(|body| &world.bodies[body as usize]);
     if pair.iter().any(|body| body.has_ellipses())
         && let Some(found) = ellipse_frame(world, contact, before)
@@ -57,6 +60,31 @@ pub(crate) fn contact_geometry(
         frame,
         factor * parts.contact_distance(pair.map(Body::molecule)) - distance,
     )
+}
+
+/// Lever arms, normal and excess of a bond at one of its bounds. At its longest, the points pull
+/// each other: the normal is turned.
+#[cold]
+#[inline(never)]
+fn bond_frame(
+    world: &World,
+    contact: &ContactEvent,
+    (bond, bound): (u32, TetherBound),
+    before: &[Motion; 2],
+) -> (ContactFrame, f64) {
+    let bond = &world.bonds()[bond as usize];
+    let (between, arms) =
+        World::span_of_bond(bond, [&before[0], &before[1]], world.shift_of(contact));
+    let [shortest, longest] = bond.tether.bounds();
+    let (line_of_centres, depth) = match bound {
+        TetherBound::Longest => (-between, between.length() - longest),
+        TetherBound::Shortest => (between, shortest - between.length()),
+    };
+    let frame = ContactFrame {
+        line_of_centres,
+        arms,
+    };
+    (frame, depth)
 }
 
 /// Lever arms, normal and depth of a contact in which a part may be an ellipse; `None` where that

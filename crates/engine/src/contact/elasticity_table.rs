@@ -15,6 +15,7 @@ use crate::{
         body::{Body, BodyKind},
         tag_classes::{replace_kinds, sort_into_classes},
         tags::{Tag, TagNames, Tags},
+        tethers::Bond,
     },
 };
 
@@ -200,7 +201,7 @@ impl ElasticityTable {
         let rough = self.mark_rough(world, response, reactions.is_active());
         reactions.set_classes(&classes, rough);
         world.has_reactions = reactions.is_active();
-        world.keep_last_contacts(self.is_guarded());
+        world.keep_last_contacts(self.is_guarded(world));
         world.has_thermal_walls = world
             .bodies
             .iter()
@@ -209,10 +210,11 @@ impl ElasticityTable {
         Ok(())
     }
 
-    /// Whether the table has elasticities below 1, which a guard raises. A guarded contact has
-    /// elasticity 1, which a response cannot distinguish from elasticity 1 in the table.
-    fn is_guarded(&self) -> bool {
-        self.loses_energy() && self.guard.contact_time > 0.0
+    /// Whether the table or a bond has elasticities below 1, which a guard raises. A guarded
+    /// contact has elasticity 1, which a response cannot distinguish from elasticity 1 in the table.
+    fn is_guarded(&self, world: &World) -> bool {
+        let loses = |bond: &Bond| bond.elasticity.coefficient() < 1.0;
+        (self.loses_energy() || world.bonds().iter().any(loses)) && self.guard.contact_time > 0.0
     }
 
     /// Whether the table has elasticities below 1.

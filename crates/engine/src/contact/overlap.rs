@@ -6,6 +6,7 @@ use crate::world::{
     body::Body,
     pair_table::{PairTable, gap_with_factor},
     rounding_bound::rounding_bound,
+    tethers::BondView,
     view::{BodyView, View},
     wall::StandingWall,
 };
@@ -14,13 +15,14 @@ use crate::world::{
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct OverlapCensus {
-    /// Number of pairs that overlap by more than the rounding bound.
+    /// Number of pairs that overlap, and of bonds that are beyond their bounds, by more than the
+    /// rounding bound.
     pub pairs: usize,
     /// The deepest overlap of any pair, in units of the smaller diameter of the two bodies: that
     /// of the smallest atom, or 4 A/P for a body of area A and perimeter P that has edges; 0 if no
     /// bodies overlap. It may be due to rounding.
     pub deepest: f64,
-    /// The deepest overlap of any pair (length).
+    /// The deepest overlap of any pair, or the largest excess of a bond (length).
     pub deepest_length: f64,
 }
 
@@ -93,6 +95,13 @@ fn census(view: &View<'_>) -> OverlapCensus {
         let may_touch = |body: &Body| body.is_free() || (wall.body.is_piston() && !body.is_wall());
         for body in bodies.iter().filter(|body| may_touch(body.body)) {
             look_at_images(body, wall, pairs, sides, &mut census);
+        }
+    }
+    for BondView { bond, length, .. } in view.bonds() {
+        let excess = bond.excess(length);
+        census.deepest_length = census.deepest_length.max(excess);
+        if excess > rounding_bound(sides, bond.tether.reach()) {
+            census.pairs += 1;
         }
     }
     census

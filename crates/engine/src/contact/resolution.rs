@@ -21,7 +21,11 @@ use crate::{
         joint_contact::{JointContact, joint_contact, may_be_joint},
         separation::{missing_impulse, round_outwards},
     },
-    world::{World, body::Body, contact_event::ContactEvent},
+    world::{
+        World,
+        body::Body,
+        contact_event::{ContactEvent, TouchingParts},
+    },
 };
 
 /// The rules that determine the outcome of a contact, in addition to the motions of its two bodies.
@@ -194,10 +198,10 @@ impl<R: Response> Rules<'_, R> {
         let mut is_unresolved = false;
         if changes_energy
             && let Some(missing) = missing_impulse(
+                self.world,
                 self.separation_error,
                 &frame,
-                parts,
-                pair,
+                (parts, pair),
                 [&before[0], &before[1]],
                 [&after[0], &after[1]],
             )
@@ -249,6 +253,9 @@ impl<R: Response> Rules<'_, R> {
         frame: ContactFrame,
         before: &[Motion; 2],
     ) -> (Elasticity, ContactFrame) {
+        if let TouchingParts::Bond(bond, _) = contact.parts {
+            return (self.world.bonds()[bond as usize].elasticity, frame);
+        }
         let pair = contact.bodies.map(|body| &self.world.bodies[body as usize]);
         // Velocities are those of the clock of the drag; speeds and kicks of rules are true ones.
         let slowing = || self.world.clock.slowing(contact.time);

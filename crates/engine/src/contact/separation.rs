@@ -34,7 +34,7 @@
 
 use std::collections::BTreeMap;
 
-use carom_detection::{Detection, Touch, resolved_speed};
+use carom_detection::{Detection, resolved_speed};
 use carom_kinematics::{Inertia, Motion, RelativeMotion};
 use carom_response::{ContactFrame, approach_speed, reduced_mass};
 use glam::DVec2;
@@ -72,10 +72,10 @@ const MAX_OUTWARDS: f64 = 4.0;
 /// speed. `separation_error` is that of the epoch (length).
 #[cold]
 pub(crate) fn missing_impulse(
+    world: &World,
     separation_error: f64,
     frame: &ContactFrame,
-    parts: TouchingParts,
-    bodies: [&Body; 2],
+    (parts, bodies): (TouchingParts, [&Body; 2]),
     before: [&Motion; 2],
     after: [&Motion; 2],
 ) -> Option<DVec2> {
@@ -89,8 +89,19 @@ pub(crate) fn missing_impulse(
         // The scheduler may use another image or store positions with a larger error; this bounds
         // all cases.
         relative.separation_error = relative.separation_error.max(separation_error);
-        let [a, b] = bodies.map(|body| body.kind.molecule.outline());
-        let resolved = resolved_speed(a, b, &relative, Touch::from(parts), frame.normal());
+        let resolved = match (parts, parts.touch()) {
+            (TouchingParts::Bond(bond, bound), _) => {
+                let tether = &world.bonds()[bond as usize].tether;
+                let shift = world.bounds.shift(world.nearest_image(before));
+                relative.separation += shift;
+                tether.resolved_speed(bound, &relative)
+            }
+            (_, Some(touch)) => {
+                let [a, b] = bodies.map(|body| body.kind.molecule.outline());
+                resolved_speed(a, b, &relative, touch, frame.normal())
+            }
+            (_, None) => 0.0,
+        };
         let rim =
             |n: usize| before[n].angular_velocity.abs() * bodies[n].kind.molecule.bounding_radius();
         let speed = relative.velocity.length() + (rim(0) + rim(1));

@@ -64,10 +64,10 @@ pub(crate) fn resolve<R>(
     let [first, second] = after;
     // So slow a body, one among 10²⁰, gets the least speed of separation, like any other.
     if let Some(missing) = missing_impulse(
+        world,
         separation_error,
         &frame,
-        contact.parts,
-        pair,
+        (contact.parts, pair),
         [&before[0], &before[1]],
         [&first, &second],
     ) {

@@ -19,6 +19,7 @@ use crate::{
     run::simulation::{Epoch, Simulation},
     scene::{
         MoleculeSpec, WallSpec,
+        bond_spec::BondSpec,
         drag::drag_clock,
         elasticity_spec::ElasticitySpec,
         error::{EditError, SceneError},
@@ -32,6 +33,7 @@ use crate::{
     scheduler::Scheduler,
     start::{
         body_builder::inertia,
+        bonds::{bonds_between, refuse_bonds, refuse_stretched},
         pistons::{check_force, refuse_pistons},
         single_bodies::{add_molecule, add_wall, deepest_overlap, first_overlap},
         sites::Sites,
@@ -44,6 +46,7 @@ use crate::{
         pair_table::PairTable,
         pistons::Piston,
         tags::{Tag, TagNames},
+        tethers::{Bond, Tethers},
     },
 };
 
@@ -335,6 +338,55 @@ impl Batch {
         self.start_to_move();
         (self.moves, self.relabels) = (true, true);
         Ok(())
+    }
+
+    /// Ties bodies by bonds, beside those that there are; numbers are those of their keys.
+    ///
+    /// # Errors
+    /// [`EditError::Scene`] if a body is not there or a number is out of range. The batch is refused
+    /// if a bond is beyond its bounds at its end, or ties bodies that cannot be tied.
+    pub fn bond(&mut self, spec: &BondSpec) -> Result<(), EditError> {
+        let added = bonds_between(&self.world, "bond", spec)?;
+        self.start_to_move();
+        let bonds = [self.world.bonds(), &added].concat();
+        self.world.tethers = Tethers::new(bonds);
+        self.moves = true;
+        Ok(())
+    }
+
+    /// Removes all bonds of a body.
+    ///
+    /// # Errors
+    /// [`EditError::NoSuchBody`].
+    pub fn unbond(&mut self, key: BodyKey) -> Result<(), EditError> {
+        let index = self.index(key)? as u32;
+        if !self.world.bonds_of(index).is_empty() {
+            self.start_to_move();
+            let bonds = self.world.bonds().iter();
+            let others = bonds.filter(|bond| !bond.bodies.contains(&index)).copied();
+            self.world.tethers = Tethers::new(others.collect());
+            self.moves = true;
+        }
+        Ok(())
+    }
+
+    /// Removes all bonds of the bodies that carry a tag.
+    pub fn unbond_tag(&mut self, tag: Tag) {
+        let is_bound = |bond: &Bond| {
+            let bodies = bond.bodies.map(|body| &self.world.bodies[body as usize]);
+            bodies.iter().any(|body| body.has_tag(tag))
+        };
+        let bonds = self.world.bonds();
+        let others: Vec<Bond> = bonds
+            .iter()
+            .filter(|bond| !is_bound(bond))
+            .copied()
+            .collect();
+        if others.len() < bonds.len() {
+            self.start_to_move();
+            self.world.tethers = Tethers::new(others);
+            self.moves = true;
+        }
     }
 
     /// Replaces a tag of a body by another.
@@ -658,6 +710,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         refuse_pistons(&world, |body| {
             BodyName::new(&world.bodies[body], &names).to_string()
         })?;
+        refuse_bonds(&world, &elasticity, |body| {
+            BodyName::new(&world.bodies[body], &names).to_string()
+        })?;
         resolves(&world, &elasticity)?;
         if may_reveal && let Some((pair, depth)) = first_overlap(&world) {
             let [first, second] =
@@ -684,6 +739,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if let Some(offset) = offset {
             world.rebase(offset);
         }
+        refuse_stretched(&world, |body| {
+            BodyName::new(&world.bodies[body], &names).to_string()
+        })?;
         let scheduler = S::checked(&self.scheduler_options, &world).map_err(|reason| {
             reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
         })?;

@@ -19,8 +19,8 @@ use crate::{
     edit::batch::{energy_factor, energy_factors},
     run::simulation::{Epoch, Simulation},
     scene::{
-        MoleculeSpec, WallSpec, elasticity_spec::ElasticitySpec, error::EditError,
-        reaction_spec::ReactionSpec, wall_motion::WallMotionSpec,
+        MoleculeSpec, WallSpec, bond_spec::BondSpec, elasticity_spec::ElasticitySpec,
+        error::EditError, reaction_spec::ReactionSpec, wall_motion::WallMotionSpec,
     },
     scheduler::Scheduler,
     start::body_builder::inertia,
@@ -131,6 +131,33 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// [`EditError::Scene`] if a rule is invalid, or cannot act on the bodies that it names.
     pub fn set_reactions(&mut self, rules: &[ReactionSpec]) -> Result<(), EditError> {
         self.edit(|batch| batch.set_reactions(rules))
+    }
+
+    /// Ties bodies by bonds; a batch of one, see [`Self::edit`].
+    ///
+    /// ```
+    /// use carom_engine::{BondSpec, Scene, Simulation, TetherSpec};
+    ///
+    /// let gas = "[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 20";
+    /// let mut simulation = Simulation::new(&Scene::from_toml(gas)?)?;
+    /// let keys: Vec<_> = simulation.view().bodies().map(|body| body.body.key()).collect();
+    /// let spec = BondSpec {
+    ///     pairs: vec![[keys[0].number(), keys[1].number()]],
+    ///     tether: TetherSpec { max: 0.45, ..TetherSpec::default() },
+    /// };
+    /// // Two bodies farther apart than that cannot be tied.
+    /// let tied = simulation.bond(&spec).is_ok();
+    /// assert_eq!(simulation.view().bonds().count(), usize::from(tied));
+    /// simulation.edit(|batch| batch.unbond(keys[0]))?;
+    /// assert_eq!(simulation.view().bonds().count(), 0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`Batch::bond`](crate::Batch::bond), and [`EditError::Scene`] if a bond is beyond
+    /// its bounds or ties bodies that cannot be tied.
+    pub fn bond(&mut self, spec: &BondSpec) -> Result<(), EditError> {
+        self.edit(|batch| batch.bond(spec))
     }
 
     /// Changes the drag γ of all bodies (1/time): from now on v' = −γ v and ω' = −γ ω between

@@ -22,6 +22,7 @@ use crate::{
     },
     scheduler::Scheduler,
     start::{
+        bonds::{refuse_bonds, refuse_stretched, tie},
         contents::SceneContents,
         pistons::{free_pistons, refuse_pistons},
         placement, start_from,
@@ -104,6 +105,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     ) -> Result<Self, SceneError> {
         let counts = contents.counts();
         let mut singles = contents.singles;
+        let of_gases = counts.iter().sum::<usize>();
+        let first = world.bodies.len() - of_gases;
+        tie(&mut world, scene, &contents.species, first)?;
         move_walls(&mut world, scene)?;
         free_pistons(&mut world, scene, &singles.entries)?;
         world.gravity = gravity_of("gravity.acceleration", scene.gravity.acceleration)?;
@@ -123,6 +127,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             world.add_flow();
         }
         refuse_pistons(&world, |body| singles.entry_of(body, &counts))?;
+        refuse_bonds(&world, &elasticity, |body| singles.entry_of(body, &counts))?;
+        refuse_stretched(&world, |body| singles.entry_of(body, &counts))?;
         world.random_key = [scene.bounds.seed, scene.bounds.replica];
         world.shrink();
         let scheduler = S::checked(&options, &world)

@@ -24,6 +24,7 @@ use crate::{
         unresolved::Unresolved,
     },
     run::{
+        saved_bonds::{SavedBond, tethers},
         saved_elasticity::SavedElasticity,
         saved_reactions::SavedReactions,
         simulation::{Epoch, Simulation},
@@ -39,6 +40,7 @@ use crate::{
     scheduler::Scheduler,
     start::{
         body_builder::inertia,
+        bonds::{refuse_bonds, refuse_stretched},
         pistons::refuse_pistons,
         single_bodies::{is_open_wall, is_wall_temperature, refuse_large_wall},
     },
@@ -103,6 +105,8 @@ pub struct Checkpoint {
     pistons: Vec<Piston>,
     /// Walls whose velocity changes at given times.
     wall_tables: Vec<WallTable>,
+    /// Bodies tied to each other, by the order of the bodies.
+    bonds: Vec<SavedBond>,
     names: TagNames,
     elasticity: SavedElasticity,
     transparent: Vec<TransparentSpec>,
@@ -201,6 +205,11 @@ pub enum CheckpointError {
          normal"
     )]
     Piston(usize),
+    /// A bond whose numbers are out of range, or of a body that is not there.
+    #[error(
+        "bond {0} of the checkpoint must tie two bodies in their order, with lengths, points and an elasticity in range"
+    )]
+    Bond(usize),
     /// A tag with heat has no name.
     #[error("the checkpoint has heat of a tag without a name")]
     UnnamedHeat,
@@ -271,6 +280,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             work_of_shear,
             pistons,
             wall_tables,
+            tethers,
             epoch,
             next_id,
             random_key,
@@ -300,6 +310,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             shear: [*shear_rate, bounds.tilt()],
             pistons: pistons.clone(),
             wall_tables: wall_tables.clone(),
+            bonds: tethers.bonds().iter().map(SavedBond::from).collect(),
             names: names.clone(),
             elasticity: elasticity.spec().into(),
             transparent: transparent.to_vec(),
@@ -382,6 +393,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         world.gravity = gravity_of("gravity", checkpoint.gravity.to_array())?;
         checkpoint.shear(&mut world)?;
         checkpoint.free_pistons(&mut world)?;
+        world.tethers = tethers(&checkpoint.bonds, world.bodies.len())?;
         let mut names = checkpoint.names.clone();
         world.pairs = PairTable::new(&checkpoint.transparent, &checkpoint.diameter, &mut names)?;
         let mut elasticity =
@@ -393,6 +405,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             BodyName::new(&world.bodies[body], &names).to_string()
         })?;
         refuse_pistons(&world, |body| {
+            BodyName::new(&world.bodies[body], &names).to_string()
+        })?;
+        refuse_bonds(&world, &elasticity, |body| {
+            BodyName::new(&world.bodies[body], &names).to_string()
+        })?;
+        refuse_stretched(&world, |body| {
             BodyName::new(&world.bodies[body], &names).to_string()
         })?;
         let checked = refuse_unresolved(&world, &elasticity);
@@ -535,6 +553,7 @@ impl Checkpoint {
             reactions,
             guarded_collisions,
             joint_collisions,
+            bond_collisions,
             simultaneous_collisions,
             epochs,
             scheduler,
@@ -560,6 +579,7 @@ impl Checkpoint {
             self.reactions.largest_count(),
             guarded_collisions,
             joint_collisions,
+            bond_collisions,
             simultaneous_collisions,
             epochs,
             crossings,

@@ -175,7 +175,8 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         } else {
             self.resolve_with_thermal_walls(encounter)?
         };
-        if self.world.has_reactions {
+        let is_bond = matches!(encounter.contact.parts, TouchingParts::Bond(..));
+        if self.world.has_reactions && !is_bond {
             self.react(encounter);
         }
         Ok(resolved)
@@ -228,6 +229,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         encounter: &ContactPair,
     ) -> Result<Resolved, RunError> {
         let number = self.counters.thermal_collisions;
+        // No bond ties a wall.
         let Some((resolved, heat)) = thermal_wall::resolve(&self.rules(), encounter, number) else {
             let resolved = self.rules().resolve(encounter);
             return self.record(encounter, &resolved).map(|()| resolved);
@@ -462,6 +464,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         self.counters.guarded_collisions += u64::from(resolved.spared.is_some());
         self.counters.fixed_collisions += u64::from(resolved.met_fixed);
         self.counters.joint_collisions += u64::from(resolved.points > 1);
+        self.counters.bond_collisions += u64::from(matches!(parts, TouchingParts::Bond(..)));
         let slowing = self.world.clock.slowing(time);
         self.ledger.spared += resolved.spared.unwrap_or(0.0) * (slowing * slowing);
         self.ledger.book_loss(resolved.lost.unwrap_or(0.0), slowing);

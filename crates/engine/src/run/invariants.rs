@@ -1,6 +1,6 @@
 //! Check of all invariants by brute force, for tests, after each event.
 
-use carom_detection::{Detection, DiscLanes, Exact};
+use carom_detection::{Detection, DiscLanes, Exact, TetherOutcome};
 use carom_kinematics::EpochTime;
 use carom_response::Response;
 use thiserror::Error;
@@ -127,6 +127,15 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
         let world = &self.world;
         let exact = Exact::default();
         let mut soonest: Option<(usize, usize, f64)> = None;
+        for (number, bond) in (0..).zip(world.bonds()) {
+            let motions = bond.bodies.map(|body| &world.motions[body as usize]);
+            let limit = soonest.map_or(horizon, |(_, _, time)| time);
+            let (outcome, _) = world.first_bond_event(number, motions, self.offset, limit);
+            if let TetherOutcome::Reached(time, _) = outcome {
+                let [a, b] = bond.bodies.map(|body| body as usize);
+                soonest = Some((a, b, time));
+            }
+        }
         for i in 0..world.bodies.len() {
             for j in 0..i {
                 if world.bodies[i].is_fixed() && world.bodies[j].is_fixed() {

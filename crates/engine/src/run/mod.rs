@@ -7,6 +7,7 @@ pub(crate) mod growth;
 pub(crate) mod invariants;
 pub(crate) mod observer;
 pub(crate) mod sampling;
+pub(crate) mod saved_bonds;
 pub(crate) mod saved_elasticity;
 pub(crate) mod saved_reactions;
 pub(crate) mod simulation;

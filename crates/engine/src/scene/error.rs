@@ -244,6 +244,9 @@ pub enum GridError {
     /// A shear, and a scheduler that does not run it.
     #[error("this scheduler does not run a shear")]
     Shear,
+    /// Bonds between bodies, and a scheduler that does not predict them.
+    #[error("this scheduler does not run tethers")]
+    Tethers,
     /// A gravity, and a detector that does not search bodies that fall.
     #[error("this detector does not search bodies that fall; use method.detector = \"exact\"")]
     Falling,
@@ -304,7 +307,9 @@ impl GridError {
             | Self::TurningWall(body) => name(body),
             Self::CellsPerSide(_) => "the grid".to_owned(),
             Self::Falling => "gravity".to_owned(),
-            Self::DrivenBodies | Self::Pistons | Self::Shear => "the scheduler".to_owned(),
+            Self::DrivenBodies | Self::Pistons | Self::Shear | Self::Tethers => {
+                "the scheduler".to_owned()
+            }
         };
         SceneError::Grid {
             entry,

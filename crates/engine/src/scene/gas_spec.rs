@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize, Serializer, ser::Error};
 use crate::{
     scene::{
         atom_spec::AtomSpec,
+        bond_spec::ChainSpec,
         distribution::Quantity,
         ellipse_spec::EllipseSpec,
         error::SceneError,
@@ -182,6 +183,12 @@ pub struct GasSpec {
     pub zero_momentum: Option<bool>,
     /// Whether the molecules turn (free) or not (locked).
     pub rotation: Rotation,
+    /// How the molecules are tied to chains, rings or stars, in the order of their numbers. Chains
+    /// are placed at random around all other molecules; where they do not fit, those tied at their
+    /// centres grow (`[start]`).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[doc(alias = "polymer")]
+    pub chain: Option<ChainSpec>,
     /// Whether the molecules never move: obstacles of infinite mass. They are placed one by one at
     /// random (random sequential addition), before the gases that move, and need no mass and no
     /// energy. `region`, `count` and `area_fraction` hold as for other gases.
@@ -238,6 +245,7 @@ impl GasSpec {
             ("temperature", self.temperature.is_some()),
             ("velocities", self.velocities != StartVelocities::default()),
             ("zero_momentum", self.zero_momentum.is_some()),
+            ("chain", self.chain.is_some()),
         ];
         match given.into_iter().find(|(_, is_given)| *is_given) {
             None => Ok(()),

@@ -4,6 +4,7 @@
 //! times are in the user's units.
 
 pub(crate) mod atom_spec;
+pub(crate) mod bond_spec;
 mod contained_gas;
 pub(crate) mod container_spec;
 pub(crate) mod distribution;
@@ -44,6 +45,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     scene::{
         atom_spec::AtomSpec,
+        bond_spec::BondSpec,
         container_spec::ContainerSpec,
         elasticity_spec::ElasticitySpec,
         ellipse_spec::EllipseSpec,
@@ -101,6 +103,9 @@ pub struct Scene {
     /// Many molecules of one kind each.
     #[serde(serialize_with = "serialize_gases")]
     pub gas: Vec<GasSpec>,
+    /// Bodies tied to each other.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bond: Vec<BondSpec>,
     /// How the gases are placed.
     #[serde(skip_serializing_if = "StartSpec::is_default")]
     pub start: StartSpec,
@@ -524,7 +529,7 @@ pub struct RunSpec {
 ///
 /// A stage starts where the one before it ends, the first at time 0. Its edits are made together or
 /// not at all, in the order `remove`, `add`, `add_wall`, `tag`, `untag`, `elasticity`,
-/// `transparent`, `reaction`, `lock`, `unlock`, `set_energy`, `set_velocity`; those of the first
+/// `transparent`, `reaction`, `unbond`, `bond`, `lock`, `unlock`, `set_energy`, `set_velocity`; those of the first
 /// stage before the first sample. At one instant, first a sample is taken, then a stage starts,
 /// then thermostats act in the order of their list. Instants that differ by less than 1e-9 of the
 /// shortest interval of the run are one.
@@ -590,6 +595,12 @@ pub struct StageSpec {
     /// The reactions from here on; it replaces `[[reaction]]` as a whole.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reaction: Option<Vec<ReactionSpec>>,
+    /// Bonds that are added.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bond: Vec<BondSpec>,
+    /// Tags of bodies that lose all their bonds.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub unbond: Vec<String>,
     /// Tags of bodies whose orientation is locked.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub lock: Vec<String>,
@@ -626,6 +637,8 @@ impl Default for StageSpec {
             shear_rate: None,
             transparent: None,
             reaction: None,
+            bond: Vec::new(),
+            unbond: Vec::new(),
             lock: Vec::new(),
             unlock: Vec::new(),
             set_energy: Vec::new(),

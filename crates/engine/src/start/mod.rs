@@ -1,6 +1,8 @@
 //! How a scene is placed: from its entries to the bodies at time 0.
 
 pub(crate) mod body_builder;
+pub(crate) mod bonds;
+pub(crate) mod chains;
 pub(crate) mod contents;
 pub(crate) mod drawn_molecules;
 pub(crate) mod expected_bodies;

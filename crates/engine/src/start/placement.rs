@@ -23,7 +23,7 @@ use crate::{
         region::Region,
     },
     start::{
-        body_builder::geometry, pockets::Pockets, selection::Remaining, sites::Sites,
+        body_builder::geometry, chains, pockets::Pockets, selection::Remaining, sites::Sites,
         species::Species, velocities::ConservedMomentum,
     },
     world::{World, tags::TagNames},
@@ -62,16 +62,33 @@ pub(crate) fn fill(
             .zip(places)
             .map(|((velocity, angular_velocity), place)| Motion {
                 velocity,
-                orientation: Orientation::from_turns(random.random()),
+                orientation: place.orientation(&mut random),
                 angular_velocity,
-                ..Motion::at_rest(place)
+                ..Motion::at_rest(place.at)
             });
         kind.insert(world, names, motions);
     }
     Ok(())
 }
 
-/// Positions for the molecules of each kind, around the bodies of a world.
+/// Where a molecule is placed.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Place {
+    /// Its centre of mass (length).
+    pub at: DVec2,
+    /// Its orientation, if that matters for its place.
+    pub orientation: Option<Orientation>,
+}
+
+impl Place {
+    /// The orientation of the molecule, at random where any will do.
+    pub(crate) fn orientation(&self, random: &mut Pcg64) -> Orientation {
+        self.orientation
+            .unwrap_or_else(|| Orientation::from_turns(random.random()))
+    }
+}
+
+/// Places for the molecules of each kind, around the bodies of a world.
 ///
 /// # Errors
 /// [`SceneError::Full`] if they do not fit.
@@ -80,17 +97,27 @@ pub(crate) fn place(
     species: &[Species],
     random: &mut Pcg64,
     budget: &mut Budget,
-) -> Result<Vec<Vec<DVec2>>, SceneError> {
-    let kinds: Vec<Kind<'_>> = species.iter().flat_map(Kind::all_of).collect();
+) -> Result<Vec<Vec<Place>>, SceneError> {
+    let is_single = |gas: &&Species| gas.spec.chain.is_none();
+    let singles = species.iter().filter(is_single);
+    let kinds: Vec<Kind<'_>> = singles.flat_map(Kind::all_of).collect();
     let mut by_kind = place_kinds(world, &kinds, random, budget)?.into_iter();
     let places_of = |gas: &Species| {
-        by_kind
-            .by_ref()
-            .take(gas.groups().count())
-            .flatten()
-            .collect()
+        let kinds = if is_single(&gas) {
+            gas.groups().count()
+        } else {
+            0
+        };
+        let places = by_kind.by_ref().take(kinds).flatten();
+        let any = |at| Place {
+            at,
+            orientation: None,
+        };
+        places.map(any).collect()
     };
-    Ok(species.iter().map(places_of).collect())
+    let mut places = species.iter().map(places_of).collect::<Vec<_>>();
+    chains::place(world, species, &mut places, random)?;
+    Ok(places)
 }
 
 /// Equal molecules of a gas: all of them, or one of drawn size.

@@ -113,6 +113,9 @@ impl Species {
                 (Molecules::Drawn(drawn), count)
             }
         };
+        if let Some(chain) = &spec.chain {
+            chain.check(count).map_err(|reason| problem(&reason))?;
+        }
         let moves = spec.energy > 0.0
             || spec
                 .temperature
@@ -200,8 +203,13 @@ impl Species {
                 Molecules::Drawn(molecules.iter().map(scaled).collect::<Result<_, _>>()?)
             }
         };
+        let mut spec = self.spec.clone();
+        if let Some(chain) = &mut spec.chain {
+            chain.tether.max *= scale;
+        }
         Ok(Self {
             molecules,
+            spec,
             ..self.clone()
         })
     }

@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use carom_detection::{Part, Touch};
+use carom_detection::{Part, TetherBound, Touch};
 use carom_geometry::Molecule;
 
 /// The next contact of two bodies.
@@ -68,6 +68,8 @@ pub enum TouchingParts {
         /// The part of the first body.
         part: Part,
     },
+    /// No parts: a bond, by its index in [`World::bonds`](crate::World::bonds), reaches a bound.
+    Bond(u32, TetherBound),
 }
 
 impl TouchingParts {
@@ -88,6 +90,7 @@ impl TouchingParts {
             Self::BoundingCircles => a.bounding_radius() + b.bounding_radius(),
             Self::EdgeOfA { edge, part } => of_edge(a, edge, b, part),
             Self::EdgeOfB { edge, part } => of_edge(b, edge, a, part),
+            Self::Bond(..) => 0.0,
         }
     }
 
@@ -103,7 +106,7 @@ impl TouchingParts {
         match self {
             Self::EdgeOfA { edge, .. } => [Some(edge), None],
             Self::EdgeOfB { edge, .. } => [None, Some(edge)],
-            Self::Discs | Self::Atoms(..) | Self::BoundingCircles => [None; 2],
+            Self::Discs | Self::Atoms(..) | Self::BoundingCircles | Self::Bond(..) => [None; 2],
         }
     }
 
@@ -113,6 +116,7 @@ impl TouchingParts {
         match self {
             Self::Discs => ([Some(0); 2], first.bounding_radius()),
             Self::Atoms(i, j) => ([Some(i), Some(j)], radius_beyond_arm(first, i)),
+            Self::Bond(..) => ([None; 2], 0.0),
             Self::BoundingCircles
             | Self::EdgeOfB {
                 part: Part::BoundingCircle,
@@ -155,14 +159,16 @@ impl From<Touch> for TouchingParts {
     }
 }
 
-impl From<TouchingParts> for Touch {
-    fn from(parts: TouchingParts) -> Self {
-        match parts {
-            TouchingParts::Discs => Self::Atoms(0, 0),
-            TouchingParts::Atoms(i, j) => Self::Atoms(i, j),
-            TouchingParts::BoundingCircles => Self::BoundingCircles,
-            TouchingParts::EdgeOfA { edge, part } => Self::EdgeOfA { edge, part },
-            TouchingParts::EdgeOfB { edge, part } => Self::EdgeOfB { edge, part },
-        }
+impl TouchingParts {
+    /// The touching parts as detection names them; `None` for a bond.
+    pub(crate) fn touch(self) -> Option<Touch> {
+        Some(match self {
+            Self::Discs => Touch::Atoms(0, 0),
+            Self::Atoms(i, j) => Touch::Atoms(i, j),
+            Self::BoundingCircles => Touch::BoundingCircles,
+            Self::EdgeOfA { edge, part } => Touch::EdgeOfA { edge, part },
+            Self::EdgeOfB { edge, part } => Touch::EdgeOfB { edge, part },
+            Self::Bond(..) => return None,
+        })
     }
 }

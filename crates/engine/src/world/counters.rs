@@ -27,6 +27,8 @@ pub struct Counters {
     pub guarded_collisions: u64,
     /// Contacts of two bodies at several points at one instant, with one joint impulse.
     pub joint_collisions: u64,
+    /// Events at which a bond has reached one of its bounds; they count among the collisions.
+    pub bond_collisions: u64,
     /// Contacts that follow another contact of one of their bodies at the same instant. They are
     /// resolved one after the other, and the result depends on their order.
     pub simultaneous_collisions: u64,

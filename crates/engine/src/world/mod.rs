@@ -16,6 +16,7 @@ pub(crate) mod rounding_bound;
 pub(crate) mod shear;
 pub(crate) mod tag_classes;
 pub(crate) mod tags;
+pub(crate) mod tethers;
 pub(crate) mod view;
 pub(crate) mod wall;
 pub(crate) mod wall_table;
@@ -34,6 +35,7 @@ use crate::world::{
     pair_table::PairTable,
     pistons::Piston,
     tags::Tags,
+    tethers::Tethers,
     wall_table::WallTable,
 };
 
@@ -76,6 +78,8 @@ pub struct World {
     pub(crate) pistons: Vec<Piston>,
     /// Walls whose velocity changes at given times.
     pub(crate) wall_tables: Vec<WallTable>,
+    /// Bodies tied to each other.
+    pub(crate) tethers: Tethers,
     /// Start of the epoch.
     pub(crate) epoch: EpochTime,
     pub(crate) next_id: u64,
@@ -117,6 +121,7 @@ impl World {
             work_of_shear: 0.0,
             pistons: Vec::new(),
             wall_tables: Vec::new(),
+            tethers: Tethers::default(),
             epoch: EpochTime::ZERO,
             next_id: 0,
             random_key: [0; 2],
@@ -366,6 +371,7 @@ impl World {
             + self.axes.capacity() * size_of::<Option<Orientation>>()
             + self.oscillations.capacity() * size_of::<Option<Oscillation>>()
             + self.pistons.capacity() * size_of::<Piston>()
+            + self.tethers.heap_bytes()
     }
 
     pub(crate) fn insert(&mut self, kind: BodyKind, motion: Motion) -> BodyKey {
@@ -412,6 +418,17 @@ impl World {
 
     /// Keeps the bodies whose indices satisfy `keeps`, in order of insertion.
     pub(crate) fn keep_bodies(&mut self, keeps: impl Fn(usize) -> bool) {
+        if !self.tethers.is_empty() {
+            let mut left = 0;
+            let numbers: Vec<Option<u32>> = (0..self.bodies.len())
+                .map(|index| {
+                    let number = keeps(index).then_some(left);
+                    left += u32::from(number.is_some());
+                    number
+                })
+                .collect();
+            self.tethers = self.tethers.renumbered(|body| numbers[body as usize]);
+        }
         fn keep<T>(list: &mut Vec<T>, keeps: impl Fn(usize) -> bool) {
             let mut places = 0..;
             list.retain(|_| places.next().is_some_and(&keeps));

@@ -266,7 +266,10 @@ pub(crate) fn contact_frame(
     let (edged, edge, part) = match contact.parts {
         TouchingParts::EdgeOfA { edge, part } => (0, edge, part),
         TouchingParts::EdgeOfB { edge, part } => (1, edge, part),
-        TouchingParts::Discs | TouchingParts::Atoms(..) | TouchingParts::BoundingCircles => {
+        TouchingParts::Discs
+        | TouchingParts::Atoms(..)
+        | TouchingParts::BoundingCircles
+        | TouchingParts::Bond(..) => {
             return None;
         }
     };

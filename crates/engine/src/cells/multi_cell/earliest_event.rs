@@ -46,7 +46,7 @@ impl EarliestEvent {
     /// Whether a contact precedes the event: it is earlier, or at the same time with a partner
     /// inserted earlier.
     #[inline]
-    pub(super) fn is_preceded_by(&self, time: f64, partner: u32) -> bool {
+    pub(in crate::cells) fn is_preceded_by(&self, time: f64, partner: u32) -> bool {
         let tie =
             (time == self.time) & (self.kind == RecordKind::MultiCell) & (partner < self.partner);
         (time < self.time) | tie
@@ -54,7 +54,7 @@ impl EarliestEvent {
 
     /// Replaces the event by a contact.
     #[inline]
-    pub(super) fn set_contact(&mut self, time: f64, partner: u32, pending: Pending) {
+    pub(in crate::cells) fn set_contact(&mut self, time: f64, partner: u32, pending: Pending) {
         *self = Self {
             time,
             kind: RecordKind::MultiCell,
@@ -63,7 +63,7 @@ impl EarliestEvent {
         };
     }
 
-    fn offer_recheck(&mut self, time: f64) {
+    pub(in crate::cells) fn offer_recheck(&mut self, time: f64) {
         if time < self.time {
             (self.time, self.kind, self.partner) = (time, RecordKind::Recheck, 0);
         }
@@ -125,7 +125,7 @@ impl<F: CellFrame> CellState<F> {
 
     /// The present event of a body.
     #[inline]
-    pub(super) fn stored_event(&self, body: u32) -> EarliestEvent {
+    pub(in crate::cells) fn stored_event(&self, body: u32) -> EarliestEvent {
         let record = &self.records[body as usize];
         let kind = record.kind();
         let pending = match kind {
@@ -167,7 +167,7 @@ impl<F: CellFrame> CellState<F> {
 
     /// The image of the second body, as seen from the one inserted first, along their paths without
     /// periodic wraps.
-    pub(super) fn path_image(&self, pair: [u32; 2], image: [i32; 2]) -> [i16; 2] {
+    pub(in crate::cells) fn path_image(&self, pair: [u32; 2], image: [i32; 2]) -> [i16; 2] {
         let [asking, other] = pair.map(|body| self.windings[body as usize]);
         let seen = [0, 1]
             .map(|axis| (image[axis] as i16).wrapping_sub(other[axis].wrapping_sub(asking[axis])));

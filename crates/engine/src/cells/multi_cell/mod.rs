@@ -76,10 +76,10 @@ pub(super) struct Listed {
 /// The contact that an event of kind `MultiCell` stands for.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pending {
-    parts: TouchingParts,
+    pub parts: TouchingParts,
     /// Image of the second body relative to the first along their paths without periodic wraps,
     /// modulo 2¹⁶.
-    image: [i16; 2],
+    pub image: [i16; 2],
 }
 
 /// A multi-cell body, its shell, the cells that list it, and its neighbours.
@@ -322,6 +322,7 @@ impl Pending {
             TouchingParts::BoundingCircles => (2, 0),
             TouchingParts::EdgeOfA { edge, part: of_b } => (3, pair(part(of_b), edge)),
             TouchingParts::EdgeOfB { edge, part: of_a } => (4, pair(part(of_a), edge)),
+            TouchingParts::Bond(bond, bound) => (5, pair(bond, bound as u32)),
         };
         let [x, y] = self.image.map(|boxes| u32::from(boxes as u16));
         [pair(x | y << 16, kind), parts]

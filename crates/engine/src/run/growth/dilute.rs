@@ -2,8 +2,7 @@
 
 use std::f64::consts::PI;
 
-use carom_kinematics::{Motion, Orientation};
-use rand::RngExt;
+use carom_kinematics::Motion;
 
 use super::packing::gyration_squared;
 use crate::{
@@ -118,13 +117,13 @@ pub(super) fn place(
         motions.extend(places.into_iter().zip(directions).enumerate().map(
             |(index, (place, direction))| Motion {
                 velocity: speed * direction,
-                orientation: Orientation::from_turns(random.random()),
+                orientation: place.orientation(&mut random),
                 angular_velocity: if spin(index) > 0.0 {
                     either_way(spin(index), &mut motion)
                 } else {
                     0.0
                 },
-                ..Motion::at_rest(place)
+                ..Motion::at_rest(place.at)
             },
         ));
     }

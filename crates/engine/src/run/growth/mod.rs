@@ -46,6 +46,7 @@ use crate::{
     },
     scheduler::Scheduler,
     start::{
+        bonds::tie,
         contents::SceneContents,
         single_bodies::{Singles, deepest_overlap},
         sites::Sites,
@@ -193,6 +194,16 @@ impl Growth {
                 problem: problem.to_owned(),
             });
         }
+        let is_rigid = |gas: &&Species| {
+            let chain = gas.spec.chain.as_ref();
+            chain
+                .is_some_and(|chain| chain.tether.points != [[0.0; 2]; 2] || chain.tether.min > 0.0)
+        };
+        if let Some(gas) = contents.species.iter().find(is_rigid) {
+            let problem = "chains tied at other points than their centres, or with a `min`, do not grow, and these do \
+                           not fit: give fewer molecules, or a larger box";
+            return Err(SceneError::of_entry(&gas.entry, problem));
+        }
         dilute::refuse_impossible(&contents)?;
         let held = held(&contents.singles.world);
         let (scale, motions) = dilute::place(scene, &held, &contents.species)?;
@@ -260,6 +271,8 @@ impl Growth {
             };
             world.insert(kind, motion);
         }
+        let first = contents.singles.world.bodies.len();
+        tie_at_scale(&mut world, scene, &contents.species, (first, &scales))?;
         Ok(Self {
             scene: scene.clone(),
             contents,
@@ -367,7 +380,8 @@ impl Growth {
         let molecules = self.scales.len();
         state.lead = packing::next_lead(state.lead, behind, molecules);
         state.at_front = 1.0 - behind as f64 / molecules as f64;
-        packing::resize(&mut self.world, first, species, &before, &self.scales)
+        packing::resize(&mut self.world, first, species, &before, &self.scales)?;
+        tie_at_scale(&mut self.world, &self.scene, species, (first, &self.scales))
     }
 
     /// The random numbers of the present step.
@@ -504,6 +518,33 @@ fn collide(simulation: &mut Simulation, most: u64, time: f64, piece: f64) -> Res
         }
         until *= 2.0;
     }
+}
+
+/// Ties the molecules of a scene while the gases, which begin at index `first`, have these scales.
+/// Tethers have the scale of the sum of the two radii: two discs that cannot pass between two tied
+/// ones at the end cannot do so before.
+fn tie_at_scale(
+    world: &mut World,
+    scene: &Scene,
+    species: &[Species],
+    (first, scales): (usize, &[f64]),
+) -> Result<(), SceneError> {
+    tie(world, scene, species, first)?;
+    if world.is_tethered() {
+        let radii: Vec<[f64; 2]> = (world.bodies.iter().enumerate())
+            .map(|(index, body)| {
+                let scale = index.checked_sub(first).map_or(1.0, |gas| scales[gas]);
+                let radius = body.molecule().bounding_radius();
+                [radius, radius / scale]
+            })
+            .collect();
+        let factor = |bodies: [u32; 2]| {
+            let [a, b] = bodies.map(|body| radii[body as usize]);
+            (a[0] + b[0]) / (a[1] + b[1])
+        };
+        world.tethers = world.tethers.scaled(factor);
+    }
+    Ok(())
 }
 
 /// A copy of a world in which no body moves.

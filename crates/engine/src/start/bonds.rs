@@ -1,0 +1,212 @@
+//! The bonds of a scene: its lists, and those along the chains of its gases.
+
+use carom_detection::Tether;
+use carom_response::Elasticity;
+use glam::DVec2;
+
+use crate::{
+    contact::elasticity_table::ElasticityTable,
+    scene::{
+        Scene,
+        bond_spec::{BondSpec, TetherSpec},
+        error::SceneError,
+    },
+    start::species::Species,
+    world::{
+        World,
+        rounding_bound::rounding_bound,
+        tethers::{Bond, Tethers},
+    },
+};
+
+/// Largest share of the side of the box that the centres of two tethered bodies may be apart: at
+/// half a side, another image would be as near.
+const MAX_SHARE: f64 = 0.5 - 1e-6;
+
+/// Ties the bodies of a scene, of which the molecules of the gases begin at index `first`.
+///
+/// # Errors
+/// A bond that cannot be, with its entry.
+pub(crate) fn tie(
+    world: &mut World,
+    scene: &Scene,
+    species: &[Species],
+    first: usize,
+) -> Result<(), SceneError> {
+    let count = first + species.iter().map(|gas| gas.count).sum::<usize>();
+    let mut bonds = Vec::new();
+    for (index, spec) in scene.bond.iter().enumerate() {
+        let entry = format!("bond[{index}]");
+        for pair in &spec.pairs {
+            let body = |number: u64| usize::try_from(number).ok().filter(|body| *body < count);
+            bonds.push(bond(
+                &entry,
+                pair.map(|number| (number, body(number))),
+                &spec.tether,
+            )?);
+        }
+    }
+    let mut begin = first;
+    for gas in species {
+        if let Some(chain) = &gas.spec.chain {
+            let chained = |member: usize, other: usize| {
+                let bodies = [member, other].map(|body| (body as u64, Some(body)));
+                bond(&gas.entry, bodies, &chain.tether)
+            };
+            for start in (begin..begin + gas.count).step_by(chain.members) {
+                for member in 1..chain.members {
+                    bonds.push(chained(start + chain.before(member), start + member)?);
+                }
+                if chain.ring {
+                    bonds.push(chained(start + chain.members - 1, start)?);
+                }
+            }
+        }
+        begin += gas.count;
+    }
+    world.tethers = Tethers::new(bonds);
+    Ok(())
+}
+
+/// The bonds of an entry between bodies of a world, by the numbers of their keys.
+pub(crate) fn bonds_between(
+    world: &World,
+    entry: &str,
+    spec: &BondSpec,
+) -> Result<Vec<Bond>, SceneError> {
+    let index = |number: u64| world.index(crate::BodyKey(number));
+    let of_pair = |pair: &[u64; 2]| {
+        bond(
+            entry,
+            pair.map(|number| (number, index(number))),
+            &spec.tether,
+        )
+    };
+    spec.pairs.iter().map(of_pair).collect()
+}
+
+/// A bond of two bodies, given by their numbers, and by their indices if they are there.
+fn bond(
+    entry: &str,
+    bodies: [(u64, Option<usize>); 2],
+    spec: &TetherSpec,
+) -> Result<Bond, SceneError> {
+    let problem = |problem: String| SceneError::of_entry(entry, problem);
+    for (number, body) in bodies {
+        if body.is_none() {
+            return Err(problem(format!("there is no body number {number}")));
+        }
+    }
+    let [a, b] = bodies.map(|(_, body)| body.unwrap_or_default() as u32);
+    if a == b {
+        return Err(problem(format!("body number {a} cannot be tied to itself")));
+    }
+    let points = spec.points.map(DVec2::from);
+    let tether = Tether::new(points, [spec.min, spec.max]);
+    let tether = tether.map_err(|reason| problem(reason.to_string()))?;
+    let elasticity = Some(spec.elasticity).filter(|share| (0.0..=1.0).contains(share));
+    let elasticity = elasticity.and_then(|share| Elasticity::new(share).ok());
+    let Some(elasticity) = elasticity else {
+        return Err(problem(format!(
+            "`elasticity` of a tether must be from 0 to 1, but is {:?}",
+            spec.elasticity
+        )));
+    };
+    Ok(Bond {
+        bodies: [a.min(b), a.max(b)],
+        tether: if a < b { tether } else { tether.exchanged() },
+        elasticity,
+    })
+}
+
+/// Refuses bonds that cannot be in this world, or that lose energy without a guard; `entry` names a
+/// body.
+///
+/// # Errors
+/// [`SceneError::Entry`] of the first of them.
+pub(crate) fn refuse_bonds(
+    world: &World,
+    elasticity: &ElasticityTable,
+    entry: impl Fn(usize) -> String,
+) -> Result<(), SceneError> {
+    refuse_impossible(world, &entry)?;
+    let loses = |bond: &&Bond| bond.elasticity != Elasticity::ELASTIC;
+    match world.bonds().iter().find(loses) {
+        Some(bond) if elasticity.guard.contact_time == 0.0 => {
+            let problem = "loses energy, and needs a guard against inelastic collapse, `elasticity.contact_time` above \
+                           0: points that come to rest on a taut tether follow it by events without end";
+            Err(problem_of(bond, &entry, problem))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Refuses bonds that are beyond their bounds by more than rounding; `entry` names a body.
+///
+/// # Errors
+/// [`SceneError::Entry`] of the first of them.
+pub(crate) fn refuse_stretched(
+    world: &World,
+    entry: impl Fn(usize) -> String,
+) -> Result<(), SceneError> {
+    let sides = world.bounds().sides();
+    for bond in world.bonds() {
+        let excess = world.excess_of_bond(bond);
+        if excess > rounding_bound(sides, bond.tether.reach()) {
+            let [shortest, longest] = bond.tether.bounds();
+            let problem =
+                format!("is {excess:?} (length) beyond its bounds, {shortest:?} and {longest:?}");
+            return Err(problem_of(bond, &entry, problem));
+        }
+    }
+    Ok(())
+}
+
+/// An error of a bond.
+pub(crate) fn problem_of(
+    bond: &Bond,
+    entry: impl Fn(usize) -> String,
+    problem: impl Into<String>,
+) -> SceneError {
+    let [a, b] = bond.bodies.map(|body| entry(body as usize));
+    SceneError::of_entry(&format!("the bond of {a} and {b}"), problem)
+}
+
+/// Refuses bonds of bodies that cannot be tied, and where images are ambiguous.
+fn refuse_impossible(world: &World, entry: impl Fn(usize) -> String) -> Result<(), SceneError> {
+    let problem = |bond: &Bond, problem: String| Err(problem_of(bond, &entry, problem));
+    let side = world.bounds.sides().min_element();
+    for bond in world.bonds() {
+        let bodies = bond.bodies.map(|body| &world.bodies[body as usize]);
+        let reach = bond.tether.reach();
+        if reach > MAX_SHARE * side {
+            return problem(
+                bond,
+                format!(
+                    "lets their centres be {reach:?} apart (length), so that two images are equally near: it must \
+                     be less than half the shorter side, {:?}",
+                    0.5 * side
+                ),
+            );
+        }
+        if bodies.iter().any(|body| body.is_wall()) {
+            return problem(
+                bond,
+                "ties a wall: tie bodies to bumpers instead".to_owned(),
+            );
+        }
+        if bodies.iter().all(|body| !body.is_free()) {
+            return problem(bond, "ties two fixed bodies".to_owned());
+        }
+        if world.has_gravity() && bodies.iter().any(|body| !body.is_free()) {
+            return problem(
+                bond,
+                "ties a fixed body, which does not go with gravity".to_owned(),
+            );
+        }
+        if world.is_sheared() {
+            return problem(bond, "does not go with a shear".to_owned());
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,330 @@
+//! Placement of chains: member by member at random, each at a free place within the bounds of the
+//! tether to the one before, and so that no two bonds cross.
+//!
+//! Bonds that cross would stay so: discs cannot pass between two that are tied nearer to each other
+//! than the diagonal of a square of discs.
+
+use std::{collections::HashMap, f64::consts::PI, sync::Arc};
+
+use carom_geometry::PeriodicBox;
+use carom_kinematics::{Motion, Orientation};
+use glam::DVec2;
+use rand::RngExt;
+use rand_pcg::Pcg64;
+
+use crate::{
+    scene::{bond_spec::ChainSpec, error::SceneError, random::direction},
+    start::{
+        body_builder::insert,
+        placement::{Place, TRIALS},
+        sites::Sites,
+        species::Species,
+    },
+    world::World,
+};
+
+/// Places tried for a member before its chain is begun anew. Fewer: chains that would fit are begun
+/// anew. More: a chain that has run into a dead end is given up later.
+const TRIALS_OF_MEMBER: usize = 256;
+
+/// How often a chain is begun anew. Fewer: chains that would fit are refused. More: a refusal takes
+/// longer.
+const TRIALS_OF_CHAIN: usize = 1024;
+
+/// Share of the room of a tether that is left free at each of its bounds.
+const MARGIN: f64 = 1e-3;
+
+/// Places the gases of chains around the bodies of a world and the molecules that already have
+/// places.
+///
+/// # Errors
+/// [`SceneError::Full`] if they do not fit.
+pub(crate) fn place(
+    world: &World,
+    species: &[Species],
+    places: &mut [Vec<Place>],
+    random: &mut Pcg64,
+) -> Result<(), SceneError> {
+    if species.iter().all(|gas| gas.spec.chain.is_none()) {
+        return Ok(());
+    }
+    let sizes = species.iter().flat_map(|gas| {
+        let radius = |index| gas.molecule(index).bounding_radius();
+        gas.groups()
+            .map(move |(index, count)| (radius(index), count))
+    });
+    let chains = species.iter().filter_map(|gas| gas.spec.chain.as_ref());
+    let longest = chains.map(|chain| chain.tether.max).fold(0.0, f64::max);
+    let mut room = Room {
+        sites: Sites::with_more(world, sizes),
+        world: world.clone(),
+        bonds: BondCells::new(*world.bounds(), longest),
+    };
+    for body in 0..world.bodies().len() {
+        room.sites.add(world, body);
+    }
+    for (gas, places) in species.iter().zip(&*places) {
+        for (index, place) in places.iter().enumerate() {
+            let molecule = gas.molecule(index);
+            room.sites
+                .add_circle(world.bounds(), place.at, molecule, &gas.pair_tags);
+        }
+    }
+    for (gas, places) in species.iter().zip(places) {
+        let Some(chain) = &gas.spec.chain else {
+            continue;
+        };
+        for start in (0..gas.count).step_by(chain.members) {
+            let motions = room.place_chain(gas, chain, start, random)?;
+            let placed = motions.iter().map(|motion| Place {
+                at: motion.position,
+                orientation: Some(motion.orientation),
+            });
+            places.extend(placed);
+        }
+    }
+    Ok(())
+}
+
+/// The bodies of a world and the chains placed so far.
+struct Room {
+    world: World,
+    sites: Sites,
+    bonds: BondCells,
+}
+
+/// The bonds placed so far, by the cells of their first ends.
+struct BondCells {
+    bounds: PeriodicBox,
+    /// Cells along each axis, each at least as long as two bonds.
+    counts: [i64; 2],
+    cells: HashMap<[i64; 2], Vec<[DVec2; 2]>>,
+}
+
+impl BondCells {
+    fn new(bounds: PeriodicBox, longest: f64) -> Self {
+        let counts = (bounds.sides() / (2.0 * longest)).floor();
+        let counts = counts.clamp(DVec2::ONE, DVec2::splat(f64::from(1 << 20)));
+        Self {
+            bounds,
+            counts: [counts.x as i64, counts.y as i64],
+            cells: HashMap::new(),
+        }
+    }
+
+    fn cell(&self, place: DVec2) -> [i64; 2] {
+        let (place, _) = self.bounds.wrap(place);
+        let share = place / self.bounds.sides();
+        [0, 1].map(|axis| {
+            ((share[axis] * self.counts[axis] as f64) as i64).min(self.counts[axis] - 1)
+        })
+    }
+
+    fn add(&mut self, bond: [DVec2; 2]) {
+        self.cells.entry(self.cell(bond[0])).or_default().push(bond);
+    }
+
+    fn remove_last(&mut self, from: DVec2) {
+        if let Some(bonds) = self.cells.get_mut(&self.cell(from)) {
+            bonds.pop();
+        }
+    }
+
+    /// Whether a bond crosses one that is there, apart from those that end where it begins.
+    fn cross(&self, [from, to]: [DVec2; 2]) -> bool {
+        let [x, y] = self.cell(from);
+        let mut around: Vec<[i64; 2]> = (-1..=1)
+            .flat_map(|up| (-1..=1).map(move |across| [x + across, y + up]))
+            .map(|cell| [0, 1].map(|axis| cell[axis].rem_euclid(self.counts[axis])))
+            .collect();
+        around.sort_unstable();
+        around.dedup();
+        let bonds = around
+            .iter()
+            .filter_map(|cell| self.cells.get(cell))
+            .flatten();
+        bonds.into_iter().any(|&[begin, end]| {
+            let begin_here = from + self.bounds.nearest_image(begin - from);
+            let end_here = begin_here + (end - begin);
+            let is_next =
+                begin_here == from || (end_here - from).length() < 1e-9 * (to - from).length();
+            let side = |a: DVec2, b: DVec2, point: DVec2| (b - a).perp_dot(point - a);
+            !is_next
+                && side(from, to, begin_here) * side(from, to, end_here) < 0.0
+                && side(begin_here, end_here, from) * side(begin_here, end_here, to) < 0.0
+        })
+    }
+}
+
+impl Room {
+    /// Places the chain of a gas whose first member has the index `start`.
+    fn place_chain(
+        &mut self,
+        gas: &Species,
+        chain: &ChainSpec,
+        start: usize,
+        random: &mut Pcg64,
+    ) -> Result<Vec<Motion>, SceneError> {
+        let full = || SceneError::Full {
+            entry: gas.entry.clone(),
+            placed: start,
+            requested: gas.count,
+        };
+        for _ in 0..TRIALS_OF_CHAIN {
+            let mut motions = Vec::with_capacity(chain.members);
+            let region = gas.spec.region.unwrap_or_default();
+            let begin = |random: &mut Pcg64| Motion {
+                orientation: Orientation::from_turns(random.random()),
+                ..Motion::at_rest(region.draw(self.world.bounds(), random))
+            };
+            if chain.ring {
+                let at = begin(random);
+                let spacing = gas
+                    .spacing_of_ring(chain, start, &self.world)
+                    .ok_or_else(full)?;
+                let radius = 0.5 * spacing / (PI / chain.members as f64).sin();
+                for member in 0..chain.members {
+                    let turns = at.orientation.turns() + member as f64 / chain.members as f64;
+                    let outwards = Orientation::from_turns(turns.fract()).cos_sin();
+                    let motion = Motion {
+                        position: at.position + radius * outwards,
+                        ..at
+                    };
+                    if !self.take(gas, start + member, motion) {
+                        break;
+                    }
+                    motions.push(motion);
+                }
+            } else {
+                let first = std::iter::repeat_with(|| begin(random))
+                    .take(TRIALS)
+                    .find(|motion| self.is_free(gas, start, motion));
+                let first = first.ok_or_else(full)?;
+                self.take(gas, start, first);
+                motions.push(first);
+                for member in 1..chain.members {
+                    let before = motions[chain.before(member)];
+                    let bodies = [start + chain.before(member), start + member];
+                    let is_free = |motion: &Motion| {
+                        self.is_free(gas, start + member, motion)
+                            && !self.bonds.cross([before.position, motion.position])
+                    };
+                    let motion = (0..TRIALS_OF_MEMBER)
+                        .map(|_| self.next(gas, chain, (&before, bodies), random))
+                        .find(is_free);
+                    let Some(motion) = motion else { break };
+                    self.take(gas, start + member, motion);
+                    self.bonds.add([before.position, motion.position]);
+                    motions.push(motion);
+                }
+            }
+            let is_whole = motions.len() == chain.members;
+            if chain.ring && is_whole {
+                let ends = motions.iter().zip(motions.iter().cycle().skip(1));
+                let sides = ends
+                    .map(|(a, b)| [a.position, b.position])
+                    .collect::<Vec<_>>();
+                if !sides.iter().any(|side| self.bonds.cross(*side)) {
+                    sides.into_iter().for_each(|side| self.bonds.add(side));
+                    return Ok(motions);
+                }
+            } else if is_whole {
+                return Ok(motions);
+            }
+            for member in (0..motions.len()).rev() {
+                self.give_back();
+                if !chain.ring && member > 0 {
+                    self.bonds
+                        .remove_last(motions[chain.before(member)].position);
+                }
+            }
+        }
+        Err(full())
+    }
+
+    /// A place at random for a member that is tied to the one before.
+    fn next(
+        &self,
+        gas: &Species,
+        chain: &ChainSpec,
+        (before, bodies): (&Motion, [usize; 2]),
+        random: &mut Pcg64,
+    ) -> Motion {
+        let [of_before, of_next] = chain.tether.points.map(DVec2::from);
+        let [shortest, longest] = gas.room_of_tether(chain, bodies, &self.world);
+        let share: f64 = random.random();
+        // Uniform over the area between the bounds.
+        let squared = shortest * shortest + share * (longest * longest - shortest * shortest);
+        let orientation = Orientation::from_turns(random.random());
+        let from = before.position + before.orientation.cos_sin().rotate(of_before);
+        let to = from + squared.max(0.0).sqrt() * direction(random);
+        Motion {
+            orientation,
+            ..Motion::at_rest(to - orientation.cos_sin().rotate(of_next))
+        }
+    }
+
+    fn is_free(&self, gas: &Species, index: usize, motion: &Motion) -> bool {
+        let molecule = gas.molecule(index);
+        let (position, _) = self.world.bounds().wrap(motion.position);
+        let wrapped = Motion {
+            position,
+            ..*motion
+        };
+        let region = gas.spec.region.unwrap_or_default();
+        region.contains(self.world.bounds(), position)
+            && self
+                .sites
+                .nearest(&self.world, molecule, &wrapped, &gas.pair_tags)
+                .is_none_or(|(_, gap)| gap > 0.0)
+    }
+
+    /// Adds a molecule, if its place is free.
+    fn take(&mut self, gas: &Species, index: usize, motion: Motion) -> bool {
+        let is_free = self.is_free(gas, index, &motion);
+        if is_free {
+            let molecule = Arc::clone(gas.molecule(index));
+            let tags = gas.pair_tags.clone();
+            insert(&mut self.world, molecule, gas.inertia(index), tags, motion);
+            self.sites.add(&self.world, self.world.bodies.len() - 1);
+        }
+        is_free
+    }
+
+    /// Removes the molecule added last.
+    fn give_back(&mut self) {
+        self.sites.remove(&self.world, self.world.bodies.len() - 1);
+        self.world.take_back_last();
+    }
+}
+
+impl Species {
+    /// The lengths between which a tether of two neighbours in a chain starts: those at which discs
+    /// tied at their centres do not overlap.
+    fn room_of_tether(&self, chain: &ChainSpec, bodies: [usize; 2], world: &World) -> [f64; 2] {
+        let tether = &chain.tether;
+        let touching = if tether.points == [[0.0; 2]; 2] && self.molecule(bodies[0]).is_disc() {
+            let factor = world.pairs.factor_of_tags(&self.pair_tags, &self.pair_tags);
+            let [a, b] = bodies.map(|body| self.molecule(body).bounding_radius());
+            factor * (a + b)
+        } else {
+            0.0
+        };
+        let shortest = touching.max(tether.min);
+        let margin = MARGIN * (tether.max - shortest);
+        [shortest + margin, tether.max - margin]
+    }
+
+    /// The distance of neighbours in a ring of equal sides; `None` if there is none that all
+    /// tethers allow.
+    fn spacing_of_ring(&self, chain: &ChainSpec, start: usize, world: &World) -> Option<f64> {
+        let rooms = (0..chain.members).map(|member| {
+            let next = (member + 1) % chain.members;
+            self.room_of_tether(chain, [start + member, start + next], world)
+        });
+        let [shortest, longest] = rooms.fold([0.0, f64::INFINITY], |[low, high], [from, to]| {
+            [f64::max(low, from), f64::min(high, to)]
+        });
+        (shortest < longest).then_some(0.5 * (shortest + longest))
+    }
+}
