@@ -46,6 +46,7 @@ mod sinking;
 mod speeds;
 mod start_from_file;
 mod support;
+mod tethers;
 mod thermal_walls;
 mod time;
 mod velocities;

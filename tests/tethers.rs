@@ -28,8 +28,8 @@ const SCENES: [&str; 7] = [
      chain = { members = 3, tether = { max = 0.02, points = [[0.045, 0.0], [-0.045, 0.0]] } }",
     "[[gas]]\nshape = \"square\"\nsize = 0.06\nmass = 1.0\nenergy = 1.0\ncount = 20\n\
      chain = { members = 2, tether = { max = 0.03, points = [[0.03, 0.03], [-0.03, 0.03]] } }",
-    "[[bond]]\npairs = [[0, 2], [1, 3]]\n\
-     tether = { max = 0.1, points = [[0.02, 0.0], [0.0, 0.0]] }\n\
+    "[[bond]]\npairs = [[0, 2]]\ntether = { max = 0.1, points = [[0.02, 0.0], [0.0, 0.0]] }\n\
+     [[bond]]\npairs = [[1, 3]]\ntether = { max = 0.1 }\n\
      [[molecule]]\nshape = \"dumbbell\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.3, 0.3]\n\
      velocity = [1.0, 0.2]\n\
      [[molecule]]\natoms = [{ at = [0, 0], radius = 0.03, mass = 2.0 }]\nat = [0.7, 0.7]\n\
@@ -91,13 +91,16 @@ fn check<S: Scheduler + Clone>(options: &S::Options) {
         let energy = simulation.view().energy();
         for step in 1..=30 {
             simulation.run_until(0.004 * f64::from(step)).unwrap();
-            simulation.check_invariants(0.01).unwrap_or_else(|violation| {
-                panic!("scene {number}, step {step}: {violation}")
-            });
+            simulation
+                .check_invariants(0.01)
+                .unwrap_or_else(|violation| panic!("scene {number}, step {step}: {violation}"));
         }
         let view = simulation.view();
         assert!(view.counters().bond_collisions > 0, "scene {number}");
-        assert!((view.energy() / energy - 1.0).abs() < 1e-12, "scene {number}");
+        assert!(
+            (view.energy() / energy - 1.0).abs() < 1e-12,
+            "scene {number}"
+        );
     }
 }
 
@@ -166,7 +169,10 @@ fn a_run_is_resumed_to_the_bit() {
         for (one, other) in simulation.view().bodies().zip(resumed.view().bodies()) {
             assert_eq!(one.motion, other.motion, "scene {number}");
         }
-        assert_eq!(simulation.view().bonds().count(), resumed.view().bonds().count());
+        assert_eq!(
+            simulation.view().bonds().count(),
+            resumed.view().bonds().count()
+        );
     }
 }
 
@@ -186,14 +192,26 @@ fn the_squared_length_of_a_bond_is_uniform() {
         let squared = simulation.view().bonds().next().unwrap().length.powi(2);
         sum += squared;
         below += u32::from(squared < 0.1);
-        let key = DrawKey { seed: 1, replica: 0, action: number.into() };
-        simulation.edit(|batch| batch.thermostat(pair, &rule, key)).unwrap();
+        let key = DrawKey {
+            seed: 1,
+            replica: 0,
+            action: number.into(),
+        };
+        simulation
+            .edit(|batch| batch.thermostat(pair, &rule, key))
+            .unwrap();
     }
     // Uniform between 0.04 and 0.16: the mean is 0.1, its deviation 0.12/√12 over √n.
     let mean = sum / f64::from(samples);
-    assert!((mean - 0.1).abs() < 4.0 * 0.12 / (12.0 * f64::from(samples)).sqrt(), "{mean}");
+    assert!(
+        (mean - 0.1).abs() < 4.0 * 0.12 / (12.0 * f64::from(samples)).sqrt(),
+        "{mean}"
+    );
     let share = f64::from(below) / f64::from(samples);
-    assert!((share - 0.5).abs() < 4.0 * 0.5 / f64::from(samples).sqrt(), "{share}");
+    assert!(
+        (share - 0.5).abs() < 4.0 * 0.5 / f64::from(samples).sqrt(),
+        "{share}"
+    );
 }
 
 #[test]
@@ -203,17 +221,29 @@ fn bonds_are_added_cut_and_lost_with_their_bodies() {
     let mut simulation = Simulation::new(&Scene::from_toml(text).unwrap()).unwrap();
     assert_eq!(simulation.view().bonds().count(), 9);
     simulation.run_until(0.1).unwrap();
-    let keys: Vec<_> = simulation.view().bodies().map(|body| body.body.key()).collect();
+    let keys: Vec<_> = simulation
+        .view()
+        .bodies()
+        .map(|body| body.body.key())
+        .collect();
     // Its first chain loses its second member, and with it two bonds; keys stay.
     simulation.remove(keys[1]).unwrap();
     assert_eq!(simulation.view().bonds().count(), 7);
-    assert!(simulation.view().bonds().all(|bond| !bond.bodies.contains(&keys[1])));
+    assert!(
+        simulation
+            .view()
+            .bonds()
+            .all(|bond| !bond.bodies.contains(&keys[1]))
+    );
     simulation.run_until(0.2).unwrap();
     assert!(simulation.view().overlaps().pairs == 0);
     // Tied once more at the distance that they have.
     let tie = |max: f64| BondSpec {
-        pairs: vec![[keys[0].number(), keys[2].number()]],
-        tether: TetherSpec { max, ..TetherSpec::default() },
+        pairs: vec![[keys[0].id(), keys[2].id()]],
+        tether: TetherSpec {
+            max,
+            ..TetherSpec::default()
+        },
     };
     let bounds = simulation.view().bounds();
     let [a, b] = [0, 2].map(|n| simulation.view().body(keys[n]).unwrap().motion.position);
@@ -228,7 +258,12 @@ fn bonds_are_added_cut_and_lost_with_their_bodies() {
         assert!(simulation.view().overlaps().pairs == 0);
     }
     let tag = simulation.find_tag("chain").unwrap();
-    simulation.edit(|batch| { batch.unbond_tag(tag); Ok(()) }).unwrap();
+    simulation
+        .edit(|batch| {
+            batch.unbond_tag(tag);
+            Ok(())
+        })
+        .unwrap();
     assert_eq!(simulation.view().bonds().count(), 0);
     simulation.run_until(0.5).unwrap();
 }

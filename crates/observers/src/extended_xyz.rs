@@ -24,7 +24,8 @@
 //! Straight edges of molecules are in the comment line, too, by kind: `Edges="…"` with four numbers
 //! each, the kind, the two atoms at the ends, and the radius of the edge over the smaller one of
 //! theirs. `Solid="…"` lists the kinds in which closed lines of edges are filled, and `Uniform="…"`
-//! those whose mass is spread evenly over their area.
+//! those whose mass is spread evenly over their area. `Bonds="…"` lists two atoms for each bond, by
+//! the numbers of their lines from 0: of each body the one nearest to the tied point.
 
 use std::{fmt::Write as _, io};
 
@@ -75,14 +76,15 @@ pub fn write_extended_xyz(view: &View<'_>, out: &mut impl io::Write) -> io::Resu
     writeln!(
         out,
         "Lattice=\"{:?} 0.0 0.0 {:?} {:?} 0.0 0.0 0.0 {thickness:?}\" Properties={PROPERTIES} pbc=\"T T F\" \
-         Kinds=\"{}\" Time={:?}{}{}",
+         Kinds=\"{}\" Time={:?}{}{}{}",
         sides.x,
         view.bounds().tilt() + 0.0,
         sides.y,
         names_of_kinds(view, &kinds).join(" "),
         view.time().to_f64(),
         walls(view),
-        edges(view, &kinds)
+        edges(view, &kinds),
+        bonds(view)
     )?;
     let mut molecules = view
         .bodies()
@@ -107,6 +109,39 @@ fn walls(view: &View<'_>) -> String {
     } else {
         format!(" Walls=\"{}\"", walls.join(" "))
     }
+}
+
+/// The entry of the comment line for the bonds: the numbers of the lines of two atoms for each;
+/// empty without bonds.
+fn bonds(view: &View<'_>) -> String {
+    if view.bonds().len() == 0 {
+        return String::new();
+    }
+    let bodies: Vec<BodyView<'_>> = view.bodies().collect();
+    let mut lines = 0;
+    let first: Vec<usize> = bodies
+        .iter()
+        .map(|body| {
+            let first = lines;
+            if !body.body.is_wall() {
+                lines += body.body.molecule().atoms().len();
+            }
+            first
+        })
+        .collect();
+    let line = |body: u32, point: DVec2| {
+        let atoms = bodies[body as usize].body.molecule().atoms().iter();
+        let apart = |atom: &Atom| (atom.offset() - point).length_squared();
+        let nearest = atoms
+            .enumerate()
+            .min_by(|(_, one), (_, other)| apart(one).total_cmp(&apart(other)));
+        first[body as usize] + nearest.map_or(0, |(atom, _)| atom)
+    };
+    let bonds = view.bonds().map(|bond| {
+        let ([a, b], [from, to]) = (bond.bond.bodies, bond.bond.tether.points());
+        format!("{} {}", line(a, from), line(b, to))
+    });
+    format!(" Bonds=\"{}\"", bonds.collect::<Vec<_>>().join(" "))
 }
 
 /// The radius of the largest atom; of a body with edges, whose atoms may be tiny, that of its

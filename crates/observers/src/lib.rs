@@ -53,6 +53,7 @@
 //! | bond orientation of a body against the lag: G₆(t) | [`BondOrderRelaxation`] | samples |
 //! | disclinations: bodies without six neighbours | [`Disclinations`] | samples |
 //! | clusters of bodies nearer than a gap, percolation | [`Clusters`] | samples |
+//! | chains: bond lengths, end-to-end distance, radius of gyration | [`ChainShapes`] | samples |
 //! | areas of the Voronoi cells and their neighbours | [`VoronoiCells`] | samples |
 //! | nematic, tetratic, k-atic order of orientations | [`OrientationalOrder`] | samples |
 //! | displacements along and across the axis of a body, in its own frame | [`BodyFrameDiffusion`] | samples |
@@ -84,6 +85,7 @@ mod body_numbers;
 mod bond_order_correlation;
 mod bond_order_relaxation;
 mod cell_list;
+mod chain_shapes;
 mod clusters;
 mod coarse_atoms;
 mod collision_rate;
@@ -155,6 +157,7 @@ pub use body_frame_diffusion::{BodyFrameDiffusion, BodyFramePoint};
 pub use body_numbers::{BodyNumbers, NumberPoint};
 pub use bond_order_correlation::{BondOrderCorrelation, BondOrderPoint};
 pub use bond_order_relaxation::{BondOrderLag, BondOrderRelaxation};
+pub use chain_shapes::{ChainPoint, ChainShapes};
 pub use clusters::{ClusterPoint, Clusters};
 pub use collision_rate::{CollisionRate, RatePoint};
 pub use contact_density::{ContactDensity, ContactPoint};

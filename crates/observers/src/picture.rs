@@ -24,7 +24,7 @@ const MIN_LINE_WIDTH: f64 = 1.5;
 /// into it. A body with straight edges is drawn as one path, with its interior if that is solid.
 /// Bodies of one kind (tags, number of atoms, and, if there are few kinds, size and mass)
 /// share a colour and a group, whose title lists their tags. A molecule of very many atoms is drawn
-/// coarsely (see [`drawn_circles`](crate::drawn_circles())).
+/// coarsely (see [`drawn_circles`](crate::drawn_circles())). Bonds are lines over the bodies.
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation};
@@ -137,6 +137,16 @@ fn draw(view: &View<'_>, window: Window, scale: f64) -> String {
     for Group { open, elements } in &groups {
         write_to(&mut svg, format_args!("{open}\n{elements}</g>\n"));
     }
+    let bonds = frame.bonds(view);
+    if !bonds.is_empty() {
+        let width = MIN_LINE_WIDTH;
+        write_to(
+            &mut svg,
+            format_args!(
+                "<g stroke=\"black\" stroke-width=\"{width}\" stroke-linecap=\"round\"><title>bonds</title>\n{bonds}</g>\n"
+            ),
+        );
+    }
     svg.push_str("</svg>\n");
     svg
 }
@@ -199,6 +209,25 @@ impl PictureFrame {
                 ),
             );
         }
+    }
+
+    /// The bonds as lines between the tied points, over the bodies.
+    fn bonds(&self, view: &View<'_>) -> String {
+        let mut elements = String::new();
+        for bond in view.bonds() {
+            let ends = [bond.from, bond.from + bond.span];
+            for ends in images_of_wall(ends, 0.0, self.window, self.bounds) {
+                let [from, to] = ends.map(|end| self.place_of(end));
+                write_to(
+                    &mut elements,
+                    format_args!(
+                        "<line x1=\"{:.3}\" y1=\"{:.3}\" x2=\"{:.3}\" y2=\"{:.3}\"/>\n",
+                        from.x, from.y, to.x, to.y
+                    ),
+                );
+            }
+        }
+        elements
     }
 
     /// Draws a union of discs as circles.

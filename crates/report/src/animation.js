@@ -178,6 +178,24 @@
       context.fill();
     }
     context.lineCap = "round";
+    for (const [a, b, [ax, ay, bx, by]] of animation.bonds || []) {
+      const end = ([x, y, angle], px, py) => {
+        const [cos, sin] = [Math.cos(angle), Math.sin(angle)];
+        return [x + cos * px - sin * py, y + sin * px + cos * py];
+      };
+      const [x1, y1] = end(states[a], ax, ay);
+      const [x2, y2] = end(states[b], bx, by);
+      const [across, up] = [x2 - x1, y2 - y1];
+      const [dx, dy] = [across - width * Math.round(across / width), up - height * Math.round(up / height)];
+      context.strokeStyle = style.color;
+      context.lineWidth = 1.8 / scale;
+      around(x1 + dx / 2, y1 + dy / 2, Math.hypot(dx, dy) / 2, (aside, above) => {
+        context.beginPath();
+        context.moveTo(x1 + aside, y1 + above);
+        context.lineTo(x1 + dx + aside, y1 + dy + above);
+        context.stroke();
+      });
+    }
     for (const [index, wall] of animation.walls.entries()) {
       const piston = (animation.pistons || []).find((one) => one.wall === index);
       const [x1, y1, x2, y2, r] = piston ? pistonAt(piston, wall, time) : wallAt(wall, time);

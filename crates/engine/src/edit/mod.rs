@@ -142,7 +142,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// let mut simulation = Simulation::new(&Scene::from_toml(gas)?)?;
     /// let keys: Vec<_> = simulation.view().bodies().map(|body| body.body.key()).collect();
     /// let spec = BondSpec {
-    ///     pairs: vec![[keys[0].number(), keys[1].number()]],
+    ///     pairs: vec![[keys[0].id(), keys[1].id()]],
     ///     tether: TetherSpec { max: 0.45, ..TetherSpec::default() },
     /// };
     /// // Two bodies farther apart than that cannot be tied.

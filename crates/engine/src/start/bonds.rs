@@ -14,6 +14,7 @@ use crate::{
     start::species::Species,
     world::{
         World,
+        body::BodyKey,
         rounding_bound::rounding_bound,
         tethers::{Bond, Tethers},
     },
@@ -74,7 +75,7 @@ pub(crate) fn bonds_between(
     entry: &str,
     spec: &BondSpec,
 ) -> Result<Vec<Bond>, SceneError> {
-    let index = |number: u64| world.index(crate::BodyKey(number));
+    let index = |number: u64| world.index(BodyKey::of_id(number));
     let of_pair = |pair: &[u64; 2]| {
         bond(
             entry,
@@ -202,6 +203,20 @@ fn refuse_impossible(world: &World, entry: impl Fn(usize) -> String) -> Result<(
             return problem(
                 bond,
                 "ties a fixed body, which does not go with gravity".to_owned(),
+            );
+        }
+        let beside = bond.tether.points().map(|point| point != DVec2::ZERO);
+        let is_held = |n: usize| {
+            let body = bodies[n];
+            let turns = body.inertia().inverse_moment > 0.0;
+            beside[n] && body.molecule().is_disc() && turns && !body.can_turn()
+        };
+        if is_held(0) || is_held(1) {
+            return problem(
+                bond,
+                "ties a disc beside its centre, but its contacts are smooth, so that it does not turn: tie it at its \
+                 centre, lock it, or make its contacts rough (`elasticity.tangential`)"
+                    .to_owned(),
             );
         }
         if world.is_sheared() {

@@ -19,13 +19,6 @@ use crate::world::tags::{Tag, TagNames, Tags};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct BodyKey(pub(crate) u64);
 
-impl BodyKey {
-    /// The number of the body, from 0 in the order in which all bodies were added.
-    pub fn number(self) -> u64 {
-        self.0
-    }
-}
-
 /// The handle of no body.
 impl Default for BodyKey {
     fn default() -> Self {

@@ -47,6 +47,8 @@ pub(super) struct TrajectoryFrame {
     pub(super) solid: Vec<u32>,
     /// Kinds whose mass is spread evenly over their area.
     pub(super) uniform: Vec<u32>,
+    /// Two atoms for each bond, by their numbers in `atoms`.
+    pub(super) bonds: Vec<[u32; 2]>,
     /// Names of the kinds, as far as they are known.
     pub(super) kinds: Vec<String>,
     pub(super) atoms: Vec<AtomLine>,
@@ -134,6 +136,14 @@ impl<R: BufRead> Frames<R> {
                 .with_context(|| format!("line {}", self.number))?;
             frame.atoms.push(atom);
         }
+        let beyond = frame
+            .bonds
+            .iter()
+            .flatten()
+            .find(|&&atom| u64::from(atom) >= count);
+        if let Some(atom) = beyond {
+            bail!("line {first}: Bonds: there is no atom {atom} among the {count} of this frame");
+        }
         Ok(true)
     }
 
@@ -203,6 +213,15 @@ impl<R: BufRead> Frames<R> {
             let list = list.and_then(|list| list.into_iter().map(whole).collect());
             *kinds = list.context(name)?;
         }
+        let bonds = entry("Bonds").map_or(Ok(Vec::new()), numbers);
+        let bonds = bonds.and_then(|list| {
+            let (pairs, []) = list.as_chunks::<2>() else {
+                bail!("expected two atoms a bond");
+            };
+            let pair = |&[a, b]: &[f64; 2]| Ok([whole(a)?, whole(b)?]);
+            pairs.iter().map(pair).collect()
+        });
+        frame.bonds = bonds.context("Bonds")?;
         let kinds = entry("Kinds").unwrap_or_default();
         frame.kinds = kinds.split_ascii_whitespace().map(str::to_owned).collect();
         places(needed("Properties")?).context("Properties")

@@ -7,6 +7,8 @@
 //! the coordinates of the scene. What does not change is in the first frame only, as the schema
 //! provides.
 //!
+//! Bonds are between the two atoms nearest to the tied points.
+//!
 //! A body with straight edges is a particle at its centre of mass, with the shape `Polygon`, its
 //! mass, and twice its bounding radius as diameter. Its atoms follow it, with the number of the
 //! molecule as `body` as well, and the type of the body with [`ATOMS`] at the end.
@@ -40,6 +42,8 @@ pub(super) struct Trajectory<'a, W> {
     bodies: KnownBodies,
     /// Number of particles and constant chunks of the first frame.
     first: Option<(usize, Vec<Chunk>)>,
+    /// Whether the first frame has bonds: frames without any must then say so.
+    begins_with_bonds: bool,
 }
 
 impl<'a, W: Write + Seek> Trajectory<'a, W> {
@@ -49,6 +53,7 @@ impl<'a, W: Write + Seek> Trajectory<'a, W> {
             step: 0,
             bodies: KnownBodies::default(),
             first: None,
+            begins_with_bonds: false,
         })
     }
 
@@ -76,6 +81,12 @@ impl<'a, W: Write + Seek> Trajectory<'a, W> {
         }
         for (name, data, columns) in changing(frame, particles)? {
             self.file.chunk(name, &data, columns)?;
+        }
+        self.begins_with_bonds |= self.step == 0 && !frame.bonds.is_empty();
+        if self.begins_with_bonds || !frame.bonds.is_empty() {
+            for (name, data, columns) in bonds(frame, &bodies)? {
+                self.file.chunk(name, &data, columns)?;
+            }
         }
         self.file.end_frame();
         self.step += 1;
@@ -251,6 +262,29 @@ fn changing(frame: &TrajectoryFrame, particles: &[AtomLine]) -> Result<Vec<Chunk
         chunks.push(("log/walls", Data::F64(frame.walls.clone()), 5));
     }
     Ok(chunks)
+}
+
+/// The chunks of the bonds, all of one type.
+fn bonds(frame: &TrajectoryFrame, bodies: &FrameWithBodies<'_>) -> Result<Vec<Chunk>> {
+    // A body with edges is a particle before its atoms.
+    let is_atom = |particle: &AtomLine| !bodies.atom_kinds.contains_key(&particle.kind);
+    let particles = (0..).zip(bodies.particles.iter());
+    let atoms: Vec<u32> = particles
+        .filter(|(_, particle)| is_atom(particle))
+        .map(|(number, _)| number)
+        .collect();
+    let ends = frame.bonds.iter().flatten().map(|&atom| {
+        let particle = atoms.get(atom as usize).copied();
+        particle.with_context(|| format!("there is no atom {atom}"))
+    });
+    let ends: Vec<u32> = ends.collect::<Result<_>>()?;
+    let count = u32::try_from(frame.bonds.len()).context("more than 2³² bonds")?;
+    Ok(vec![
+        ("bonds/N", Data::U32(vec![count]), 1),
+        texts("bonds/types", &["tether".to_owned()]),
+        ("bonds/typeid", Data::U32(vec![0; frame.bonds.len()]), 1),
+        ("bonds/group", Data::U32(ends), 2),
+    ])
 }
 
 /// The place of a particle in a box from −side/2 to side/2, and the number of boxes left behind,

@@ -2,14 +2,15 @@
 //!
 //! The input is the extended XYZ file that `carom run` writes with `run.snapshots = "extxyz"`. It
 //! is read and written frame by frame. The output is a GSD file with the schema of HOOMD (`.gsd`),
-//! a text dump of LAMMPS (`.lammpstrj`, `.dump`), or a structured array of NumPy (`.npy`). A table
-//! of a run, such as `events.csv`, becomes an array too.
+//! a text dump of LAMMPS (`.lammpstrj`, `.dump`) or a data file of its last frame (`.data`), or a
+//! structured array of NumPy (`.npy`). A table of a run, such as `events.csv`, becomes an array too.
 
 mod body_shapes;
 mod frames;
 mod gsd;
 pub(crate) mod hoomd;
 mod lammps;
+mod lammps_data;
 mod npy;
 
 use std::{
@@ -32,7 +33,7 @@ pub struct ConvertOptions {
     #[arg(value_name = "IN")]
     pub input: PathBuf,
     /// Output file; its ending selects the format: .gsd (HOOMD), .lammpstrj or .dump (LAMMPS text),
-    /// .npy (NumPy)
+    /// .data (LAMMPS, the last frame), .npy (NumPy)
     #[arg(value_name = "OUT")]
     pub output: PathBuf,
 }
@@ -65,7 +66,7 @@ fn is_table(path: &Path) -> bool {
 }
 
 /// Writes the trajectory `input` (extended XYZ of a run) to `output` in the format of its ending,
-/// `gsd`, `lammpstrj`, `dump` or `npy`, and returns the number of frames; or a table of numbers,
+/// `gsd`, `lammpstrj`, `dump`, `data` or `npy`, and returns the number of frames; or a table of numbers,
 /// `csv`, as an array, `npy`, and returns the number of rows.
 ///
 /// GSD holds single precision: positions keep seven digits of the box. A dump keeps every digit. An
@@ -81,9 +82,10 @@ pub fn convert(input: &Path, output: &Path) -> Result<u64> {
     let format = match ending.as_deref() {
         Some("gsd") => Format::Gsd,
         Some("lammpstrj" | "dump") => Format::Lammps,
+        Some("data") => Format::LammpsData,
         Some("npy") => Format::Npy,
         _ => bail!(
-            "{}: expected an ending .gsd, .lammpstrj, .dump or .npy",
+            "{}: expected an ending .gsd, .lammpstrj, .dump, .data or .npy",
             output.display()
         ),
     };
@@ -125,6 +127,7 @@ pub fn convert(input: &Path, output: &Path) -> Result<u64> {
 enum Format {
     Gsd,
     Lammps,
+    LammpsData,
     Npy,
 }
 
@@ -140,6 +143,15 @@ impl Format {
                     lammps::write(&frame, count, out)?;
                     count += 1;
                     progress.count(1);
+                }
+            }
+            Self::LammpsData => {
+                while frames.read(&mut frame)? {
+                    count += 1;
+                    progress.count(1);
+                }
+                if count > 0 {
+                    lammps_data::write(&frame, out)?;
                 }
             }
             Self::Npy => {

@@ -8,6 +8,7 @@ mod billiard;
 mod body_frame_diffusion;
 mod bond_order_correlation;
 mod bond_order_relaxation;
+mod chains;
 mod clusters;
 mod collision_rate;
 mod contact_density;
@@ -96,7 +97,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 51] = [
+pub const KINDS: [MeasureKind; 52] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -124,6 +125,7 @@ pub const KINDS: [MeasureKind; 51] = [
     k_atic::K_ATIC,
     defects::KIND,
     clusters::KIND,
+    chains::KIND,
     voronoi::KIND,
     free_path::KIND,
     viscosity::KIND,

@@ -234,7 +234,7 @@ impl Edits<'_> {
         Ok(())
     }
 
-    /// Elasticity, pairs that do not see each other, and rotation.
+    /// Elasticity, pairs that do not see each other, bonds, and rotation.
     fn rules(&mut self, spec: &StageSpec) -> Result<(), EditError> {
         if let Some(elasticity) = &spec.elasticity {
             "elasticity".clone_into(self.entry);
@@ -259,6 +259,16 @@ impl Edits<'_> {
         if let Some(reactions) = &spec.reaction {
             "reaction".clone_into(self.entry);
             self.batch.set_reactions(reactions)?;
+        }
+        for (index, name) in spec.unbond.iter().enumerate() {
+            *self.entry = format!("unbond[{index}]");
+            if let Some(tag) = self.batch.find_tag(name) {
+                self.batch.unbond_tag(tag);
+            }
+        }
+        for (index, bond) in spec.bond.iter().enumerate() {
+            *self.entry = format!("bond[{index}]");
+            self.batch.bond(bond)?;
         }
         let locks = [
             (Rotation::Locked, "lock", &spec.lock),

@@ -420,8 +420,15 @@ pub fn refuse_unknown_tags(scene: &Scene, carried: impl IntoIterator<Item = Stri
         if let Some(elasticity) = &stage.elasticity {
             refuse_unknown_rules(&format!("stage[{index}].elasticity"), elasticity, &carried)?;
         }
-        let locked = stage.lock.iter().map(|tag| ("lock", tag));
-        for (entry, tag) in locked.chain(stage.unlock.iter().map(|tag| ("unlock", tag))) {
+        let named = [
+            ("unbond", &stage.unbond),
+            ("lock", &stage.lock),
+            ("unlock", &stage.unlock),
+        ];
+        let named = named
+            .into_iter()
+            .flat_map(|(entry, tags)| tags.iter().map(move |tag| (entry, tag)));
+        for (entry, tag) in named {
             known(&carried, entry, tag)?;
         }
         for (number, heat) in stage.set_energy.iter().enumerate() {
@@ -482,6 +489,8 @@ fn words(stage: &StageSpec, (start, end): (f64, f64), counts: &[u64]) -> String 
         ("elasticity", usize::from(stage.elasticity.is_some())),
         ("transparent", usize::from(stage.transparent.is_some())),
         ("reaction", usize::from(stage.reaction.is_some())),
+        ("unbond", stage.unbond.len()),
+        ("bond", stage.bond.len()),
         ("lock", stage.lock.len()),
         ("unlock", stage.unlock.len()),
         ("set_energy", stage.set_energy.len()),

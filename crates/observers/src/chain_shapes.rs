@@ -1,0 +1,320 @@
+//! The shapes of chains: lengths of bonds, end-to-end distance, radius of gyration and asphericity.
+//!
+//! A chain is a set of bodies that bonds connect. Distances are those of the centres of mass, from
+//! neighbour to neighbour through the border of the box. With the tensor of gyration of N bodies
+//! S = Σ (r − r̄)(r − r̄)/N and its eigenvalues λ₁ ≥ λ₂, the squared radius of gyration is λ₁ + λ₂
+//! and the asphericity in two dimensions ⟨(λ₁ − λ₂)²⟩/⟨(λ₁ + λ₂)²⟩: 0 for round chains, 1 for
+//! straight ones (Rudnick & Gaspari, J. Phys. A 19 (1986) L191).
+//!
+//! For a chain whose bonds are independent of each other, ⟨R²⟩ = Σ ⟨b²⟩, and for a long one R²/Rg²
+//! = 6; for one that excludes its own area R ∝ N^(3/4) in two dimensions (Nienhuis, Phys. Rev. Lett.
+//! 49 (1982) 1062).
+
+use carom_engine::{BodyView, Observer, View};
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+
+use crate::Group;
+
+/// Shapes of the chains at each sample, and their bonds. A chain counts if its first body belongs to
+/// the group.
+///
+/// ```
+/// use carom_engine::{Observer, Scene, Simulation};
+/// use carom_observers::{ChainShapes, Group};
+///
+/// // Three points at right angles.
+/// let scene = Scene::from_toml(r#"
+///     [[bond]]
+///     pairs = [[0, 1], [1, 2]]
+///     tether = { max = 0.2 }
+///     [[molecule]]
+///     atoms = [{ at = [0, 0], radius = 1e-3, mass = 1.0 }]
+///     at = [0.95, 0.5]
+///     [[molecule]]
+///     atoms = [{ at = [0, 0], radius = 1e-3, mass = 1.0 }]
+///     at = [0.05, 0.5]
+///     [[molecule]]
+///     atoms = [{ at = [0, 0], radius = 1e-3, mass = 1.0 }]
+///     at = [0.05, 0.6]
+/// "#)?;
+/// let mut shapes = ChainShapes::new(Group::All);
+/// shapes.sample(&Simulation::new(&scene)?.view());
+/// let point = shapes.series()[0];
+/// assert!((point.end_to_end_squared.unwrap() - 0.02).abs() < 1e-12);
+/// assert!((point.gyration_squared - 0.04 / 9.0).abs() < 1e-12);
+/// assert!((point.bond_squared - 0.01).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[doc(alias = "polymer")]
+#[doc(alias = "radius of gyration")]
+pub struct ChainShapes {
+    group: Group,
+    series: Vec<ChainPoint>,
+    sums: ChainSums,
+}
+
+/// Means over the chains at one sample.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct ChainPoint {
+    /// Time of the sample.
+    pub time: f64,
+    /// Number of chains.
+    pub chains: u64,
+    /// Number of bonds.
+    pub bonds: u64,
+    /// Mean squared distance of the tied points (length²).
+    pub bond_squared: f64,
+    /// Mean squared distance of the ends of chains without branches (length²); `None` if there is
+    /// none.
+    pub end_to_end_squared: Option<f64>,
+    /// Mean squared radius of gyration (length²).
+    pub gyration_squared: f64,
+}
+
+/// Sums over all samples.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+struct ChainSums {
+    bonds: f64,
+    lengths: f64,
+    squared_lengths: f64,
+    chains: f64,
+    gyration: f64,
+    /// Σ (λ₁ − λ₂)² and Σ (λ₁ + λ₂)².
+    shape: [f64; 2],
+    /// Chains without branches, their Σ R², and Σ b² of the distances of their neighbours.
+    linear: [f64; 3],
+}
+
+/// One chain: its bodies, with their places along its bonds.
+struct Chain {
+    places: Vec<DVec2>,
+    /// The places of the two ends, if it has two and no branch.
+    ends: Option<[DVec2; 2]>,
+    /// Σ of the squared distances of neighbours.
+    steps: f64,
+}
+
+impl ChainShapes {
+    /// Shapes of the chains of a group.
+    pub fn new(group: Group) -> Self {
+        Self {
+            group,
+            series: Vec::new(),
+            sums: ChainSums::default(),
+        }
+    }
+
+    /// The samples so far.
+    pub fn series(&self) -> &[ChainPoint] {
+        &self.series
+    }
+
+    /// [Σx, Σw] over all samples so far: of the length of a bond and its square; of the squared
+    /// end-to-end distance of a chain without branches; of that by the sum of the squared distances
+    /// of its neighbours; of the squared radius of gyration; and the asphericity.
+    pub fn sums(&self) -> Vec<[f64; 2]> {
+        let sums = &self.sums;
+        let [linear, ends, steps] = sums.linear;
+        vec![
+            [sums.lengths, sums.bonds],
+            [sums.squared_lengths, sums.bonds],
+            [ends, linear],
+            [ends, steps],
+            [sums.gyration, sums.chains],
+            sums.shape,
+        ]
+    }
+}
+
+/// The chains of a view whose first body belongs to a group.
+fn chains_of(view: &View<'_>, bodies: &[BodyView<'_>], group: Group) -> Vec<Chain> {
+    let mut neighbours = vec![Vec::new(); bodies.len()];
+    for bond in view.bonds() {
+        let [a, b] = bond.bond.bodies.map(|body| body as usize);
+        neighbours[a].push(b);
+        neighbours[b].push(a);
+    }
+    let bounds = view.bounds();
+    let mut visited = vec![false; bodies.len()];
+    let mut chains = Vec::new();
+    for start in 0..bodies.len() {
+        if visited[start] || neighbours[start].is_empty() || !group.contains(bodies[start].body) {
+            continue;
+        }
+        visited[start] = true;
+        let mut open = vec![(start, bodies[start].motion.position)];
+        let (mut places, mut ends) = (Vec::new(), Vec::new());
+        let (mut steps, mut has_branch) = (0.0, false);
+        while let Some((body, place)) = open.pop() {
+            places.push(place);
+            has_branch |= neighbours[body].len() > 2;
+            if neighbours[body].len() == 1 {
+                ends.push(place);
+            }
+            for &next in &neighbours[body] {
+                let apart = bodies[next].motion.position - bodies[body].motion.position;
+                let step = bounds.nearest_image(apart);
+                // Each bond is seen from both of its ends.
+                steps += 0.5 * step.length_squared();
+                if !visited[next] {
+                    visited[next] = true;
+                    open.push((next, place + step));
+                }
+            }
+        }
+        let ends = <[DVec2; 2]>::try_from(ends).ok().filter(|_| !has_branch);
+        chains.push(Chain {
+            places,
+            ends,
+            steps,
+        });
+    }
+    chains
+}
+
+impl Chain {
+    /// The eigenvalues of the tensor of gyration (length²), the larger first.
+    fn gyration(&self) -> [f64; 2] {
+        let count = self.places.len() as f64;
+        let middle = self.places.iter().sum::<DVec2>() / count;
+        let [mut xx, mut xy, mut yy] = [0.0; 3];
+        for place in &self.places {
+            let DVec2 { x, y } = *place - middle;
+            (xx, xy, yy) = (xx + x * x, xy + x * y, yy + y * y);
+        }
+        let (mean, half) = (0.5 * (xx + yy) / count, 0.5 * (xx - yy) / count);
+        let apart = half.hypot(xy / count);
+        [mean + apart, mean - apart]
+    }
+}
+
+impl Observer for ChainShapes {
+    #[inline]
+    fn watches_any(&self) -> bool {
+        false
+    }
+
+    fn sample(&mut self, view: &View<'_>) {
+        let bodies: Vec<_> = view.bodies().collect();
+        let chains = chains_of(view, &bodies, self.group);
+        if chains.is_empty() {
+            return;
+        }
+        let before = self.sums;
+        for bond in view.bonds() {
+            if self
+                .group
+                .contains(bodies[bond.bond.bodies[0] as usize].body)
+            {
+                self.sums.bonds += 1.0;
+                self.sums.lengths += bond.length;
+                self.sums.squared_lengths += bond.length * bond.length;
+            }
+        }
+        for chain in &chains {
+            let [larger, smaller] = chain.gyration();
+            self.sums.chains += 1.0;
+            self.sums.gyration += larger + smaller;
+            self.sums.shape[0] += (larger - smaller).powi(2);
+            self.sums.shape[1] += (larger + smaller).powi(2);
+            if let Some([from, to]) = chain.ends {
+                let [count, squared, steps] = &mut self.sums.linear;
+                *count += 1.0;
+                *squared += (to - from).length_squared();
+                *steps += chain.steps;
+            }
+        }
+        let bonds = self.sums.bonds - before.bonds;
+        let linear = self.sums.linear[0] - before.linear[0];
+        let ends = self.sums.linear[1] - before.linear[1];
+        self.series.push(ChainPoint {
+            time: view.time().to_f64(),
+            chains: chains.len() as u64,
+            bonds: bonds as u64,
+            bond_squared: (self.sums.squared_lengths - before.squared_lengths) / bonds,
+            end_to_end_squared: (linear > 0.0).then(|| ends / linear),
+            gyration_squared: (self.sums.gyration - before.gyration) / chains.len() as f64,
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use carom_engine::{Scene, Simulation};
+
+    fn shapes(text: &str) -> ChainShapes {
+        let mut shapes = ChainShapes::new(Group::All);
+        let scene = Scene::from_toml(text).unwrap();
+        shapes.sample(&Simulation::new(&scene).unwrap().view());
+        shapes
+    }
+
+    fn discs(places: &[[f64; 2]]) -> String {
+        let disc = |at: &[f64; 2]| {
+            format!(
+                "[[molecule]]\natoms = [{{ at = [0, 0], radius = 1e-3, mass = 1 }}]\nat = {at:?}\n"
+            )
+        };
+        places.iter().map(disc).collect()
+    }
+
+    #[test]
+    fn a_straight_chain_around_the_box_has_its_length() {
+        let places: Vec<[f64; 2]> = (0..15)
+            .map(|k| {
+                [
+                    (0.1 * f64::from(k) + 0.05) % 1.0,
+                    0.3 + 0.2 * f64::from(k / 10),
+                ]
+            })
+            .collect();
+        // The step from the tenth to the next goes up by 0.2, too.
+        let text = format!(
+            "[[bond]]\npairs = {:?}\ntether = {{ max = 0.25 }}\n{}",
+            (0..14).map(|k| [k, k + 1]).collect::<Vec<_>>(),
+            discs(&places)
+        );
+        let shapes = shapes(&text);
+        let point = shapes.series()[0];
+        assert_eq!((point.chains, point.bonds), (1, 14));
+        let squared = 1.4_f64.powi(2) + 0.04;
+        assert!((point.end_to_end_squared.unwrap() - squared).abs() < 1e-12);
+        let steps = 14.0 * 0.01 + 0.04;
+        let [_, _, _, [ends, sum], ..] = shapes.sums()[..] else {
+            panic!("six sums")
+        };
+        assert!((ends / sum - squared / steps).abs() < 1e-10);
+        assert!((point.bond_squared - steps / 14.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn rings_and_stars_have_no_ends() {
+        let square = [[0.4, 0.4], [0.5, 0.4], [0.5, 0.5], [0.4, 0.5]];
+        let ring = "[[bond]]\npairs = [[0, 1], [1, 2], [2, 3], [3, 0]]\ntether = { max = 0.2 }\n";
+        let of_ring = shapes(&format!("{ring}{}", discs(&square)));
+        let point = of_ring.series()[0];
+        assert_eq!(point.end_to_end_squared, None);
+        assert!((point.gyration_squared - 0.005).abs() < 1e-12);
+        // Round: both eigenvalues are equal.
+        let [apart, together] = of_ring.sums()[5];
+        assert!(apart < 1e-12 * together);
+        let star = "[[bond]]\npairs = [[0, 1], [0, 2], [0, 3]]\ntether = { max = 0.2 }\n";
+        let point = shapes(&format!("{star}{}", discs(&square))).series()[0];
+        assert_eq!((point.chains, point.bonds), (1, 3));
+        assert_eq!(point.end_to_end_squared, None);
+    }
+
+    #[test]
+    fn a_rod_has_asphericity_one() {
+        let row = [[0.2, 0.2], [0.3, 0.3], [0.4, 0.4]];
+        let bonds = "[[bond]]\npairs = [[0, 1], [1, 2]]\ntether = { max = 0.2 }\n";
+        let [apart, together] = shapes(&format!("{bonds}{}", discs(&row))).sums()[5];
+        assert!((apart / together - 1.0).abs() < 1e-12);
+        // Without bonds nothing is sampled.
+        assert!(shapes(&discs(&row)).series().is_empty());
+    }
+}

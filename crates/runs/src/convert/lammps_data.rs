@@ -1,0 +1,55 @@
+//! A data file of LAMMPS with the atoms of one frame and the bonds between them.
+
+use std::io::{self, Write};
+
+use super::frames::{AtomLine, TrajectoryFrame};
+
+/// Writes a frame in the atom style `bond`, with its velocities.
+///
+/// The type of an atom is the kind of its molecule, from 1, with the mass of the first atom of that
+/// type. Every digit is kept. The image numbers are the boxes that the molecule has crossed.
+pub(super) fn write(frame: &TrajectoryFrame, out: &mut impl Write) -> io::Result<()> {
+    let (atoms, bonds) = (&frame.atoms, &frame.bonds);
+    let types = atoms.iter().map(|atom| atom.kind + 1).max().unwrap_or(1);
+    let ([x, y], half) = (frame.sides, 0.5 * frame.thickness);
+    writeln!(out, "carom, time {:?}\n", frame.time)?;
+    writeln!(out, "{} atoms\n{types} atom types", atoms.len())?;
+    if !bonds.is_empty() {
+        writeln!(out, "{} bonds\n1 bond types", bonds.len())?;
+    }
+    writeln!(
+        out,
+        "\n0.0 {x:?} xlo xhi\n0.0 {y:?} ylo yhi\n{:?} {half:?} zlo zhi",
+        -half
+    )?;
+    if frame.tilt != 0.0 {
+        writeln!(out, "{:?} 0.0 0.0 xy xz yz", frame.tilt)?;
+    }
+    writeln!(out, "\nMasses\n")?;
+    for kind in 0..types {
+        let of_kind = |atom: &&AtomLine| atom.kind == kind;
+        let mass = atoms.iter().find(of_kind).map_or(1.0, |atom| atom.mass);
+        writeln!(out, "{} {mass:?}", kind + 1)?;
+    }
+    writeln!(out, "\nAtoms # bond\n")?;
+    for (number, atom) in (1..).zip(atoms) {
+        let ([x, y], [ix, iy]) = (atom.position, atom.image);
+        let (molecule, kind) = (atom.molecule, atom.kind + 1);
+        writeln!(
+            out,
+            "{number} {molecule} {kind} {x:?} {y:?} 0.0 {ix} {iy} 0"
+        )?;
+    }
+    writeln!(out, "\nVelocities\n")?;
+    for (number, atom) in (1..).zip(atoms) {
+        let [vx, vy] = atom.velocity;
+        writeln!(out, "{number} {vx:?} {vy:?} 0.0")?;
+    }
+    if !bonds.is_empty() {
+        writeln!(out, "\nBonds\n")?;
+    }
+    for (number, [a, b]) in (1..).zip(bonds) {
+        writeln!(out, "{number} 1 {} {}", a + 1, b + 1)?;
+    }
+    Ok(())
+}
