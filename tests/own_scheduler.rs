@@ -366,3 +366,13 @@ fn a_scheduler_that_does_not_run_driven_bodies_is_refused_with_them() {
         assert!(words.contains("this scheduler runs neither"), "{words}");
     }
 }
+
+#[test]
+fn a_scheduler_that_does_not_run_tethers_is_refused_with_bonds() {
+    let text = "[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 4\n\
+        chain = { members = 2, tether = { max = 0.06 } }";
+    let scene = Scene::from_toml(text).unwrap();
+    let refused = Simulation::<_, _, AllPairs>::with(&scene, Exact::default(), Impact, ());
+    let words = refused.map(|_| ()).unwrap_err().to_string();
+    assert!(words.contains("does not run tethers"), "{words}");
+}

@@ -2,7 +2,7 @@
 
 use carom::{
     BodyKey, EditError, Scene, SceneError,
-    engine::{ElasticitySpec, MoleculeSpec, ReactionSpec, Rotation, WallSpec},
+    engine::{BondSpec, ElasticitySpec, MoleculeSpec, ReactionSpec, Rotation, WallSpec},
 };
 use carom_methods::AnySimulation;
 use pyo3::prelude::*;
@@ -18,6 +18,8 @@ pub enum Change<'a> {
     Lock,
     /// Frees its orientation.
     Unlock,
+    /// Removes all its bonds.
+    Unbond,
     /// Adds this tag.
     Tag(&'a str),
     /// Removes this tag.
@@ -39,6 +41,7 @@ pub fn change(
                 Change::Remove => batch.remove(key)?,
                 Change::Lock => batch.set_rotation(key, Rotation::Locked)?,
                 Change::Unlock => batch.set_rotation(key, Rotation::Free)?,
+                Change::Unbond => batch.unbond(key)?,
                 Change::Tag(name) => batch.tag(key, name).map(|_| ())?,
                 Change::Untag(name) => batch.untag(key, name)?,
             }
@@ -186,6 +189,14 @@ pub fn elasticity(text: &str) -> Result<ElasticitySpec, EditError> {
 /// The text is not that of a scene.
 pub fn reactions(text: &str) -> Result<Vec<ReactionSpec>, EditError> {
     Ok(Scene::from_toml(text)?.reaction)
+}
+
+/// The bonds that the text of a scene describes.
+///
+/// # Errors
+/// The text is not that of a scene.
+pub fn bonds(text: &str) -> Result<Vec<BondSpec>, EditError> {
+    Ok(Scene::from_toml(text)?.bond)
 }
 
 /// The numbers of the bodies with a tag.

@@ -529,6 +529,29 @@ impl Core {
         self.change(py, ids.as_slice()?, Change::Unlock)
     }
 
+    fn bond(&self, py: Python<'_>, text: &str) -> PyResult<()> {
+        self.edit(py, |state| {
+            let bonds = edits::bonds(text)?;
+            state
+                .simulation
+                .edit(|batch| bonds.iter().try_for_each(|bond| batch.bond(bond)))
+        })
+    }
+
+    fn unbond(&self, py: Python<'_>, ids: PyReadonlyArray1<'_, u64>) -> PyResult<()> {
+        self.change(py, ids.as_slice()?, Change::Unbond)
+    }
+
+    /// The two bodies of each bond by their numbers, and the distance of its points (length).
+    fn bonds(&self) -> PyResult<Vec<([u64; 2], f64)>> {
+        let state = self.lock()?;
+        let view = state.simulation.view();
+        let bonds = view.bonds();
+        Ok(bonds
+            .map(|bond| (bond.bodies.map(carom::BodyKey::id), bond.length))
+            .collect())
+    }
+
     fn tag(&self, py: Python<'_>, ids: PyReadonlyArray1<'_, u64>, name: &str) -> PyResult<()> {
         self.change(py, ids.as_slice()?, Change::Tag(name))
     }

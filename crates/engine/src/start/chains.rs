@@ -74,6 +74,12 @@ pub(crate) fn place(
         let Some(chain) = &gas.spec.chain else {
             continue;
         };
+        let [shortest, longest] = gas.room_of_tether(chain, [0; 2], world);
+        if gas.is_equal() && shortest >= longest {
+            let problem = "the members of a chain, discs tied at their centres, touch each other beyond \
+                           `chain.tether.max`: give a longer tether, or make them transparent to each other";
+            return Err(SceneError::of_entry(&gas.entry, problem));
+        }
         for start in (0..gas.count).step_by(chain.members) {
             let motions = room.place_chain(gas, chain, start, random)?;
             let placed = motions.iter().map(|motion| Place {

@@ -1144,6 +1144,82 @@ class Simulation:
         """
         return self._core.tilt()
 
+    def bond(
+        self,
+        pairs: ArrayLike,
+        max: float,
+        *,
+        min: float = 0.0,
+        points: ArrayLike | None = None,
+        elasticity: float = 1.0,
+    ) -> None:
+        """Ties bodies, each pair by a tether between two points; bonds that there are remain.
+
+        Parameters
+        ----------
+        pairs : array_like of shape (k, 2)
+            Numbers of the two bodies of each bond.
+        max, min : float
+            Greatest and least distance of the two points (length). A ``min`` of 0 is no bound.
+        points : array_like of shape (2, 2), optional
+            The point on the first and on the second body, from its centre of mass and in its frame
+            (length). Default: the centres of mass.
+        elasticity : float
+            Share of their speed that the points keep at a bound, from 0 to 1; below 1 a guard
+            against inelastic collapse is needed, see ``set_elasticity``.
+
+        Raises
+        ------
+        EditError
+            A number is out of range, or a bond is beyond its bounds; nothing has changed.
+
+        Examples
+        --------
+        >>> import carom
+        >>> sim = carom.Simulation({"molecule": [carom.Molecule.disc(0.02).at(x, 0.5) for x in (0.4, 0.5)]})
+        >>> sim.bond([[0, 1]], max=0.2)
+        >>> sim.set_velocity([[1.0, 0.0], [0.0, 0.5]])
+        >>> sim.run(until=10.0)
+        >>> pairs, lengths = sim.bonds
+        >>> pairs.tolist(), bool(lengths[0] <= 0.2 + 1e-12)
+        ([[0, 1]], True)
+        """
+        tether = {
+            "max": number("max", max),
+            "min": number("min", min),
+            "elasticity": number("elasticity", elasticity),
+        }
+        if points is not None:
+            tether["points"] = np.asarray(points, dtype=float).tolist()
+        entry = {"pairs": np.asarray(pairs, dtype=np.int64).tolist(), "tether": tether}
+        self._core.bond(_carom.scene_of({"bond": [entry]}))
+
+    def unbond(self, which: Which = None) -> None:
+        """Removes all bonds of bodies.
+
+        Examples
+        --------
+        >>> sim.unbond([0, 1])
+        >>> len(sim.bonds[1])
+        0
+        """
+        self._core.unbond(self._which(which))
+
+    @property
+    def bonds(self) -> tuple[Ids, NDArray[np.float64]]:
+        """The bonds: numbers of the two bodies, shape (k, 2), and distances of the tied points
+        (length), shape (k,).
+
+        Examples
+        --------
+        >>> pairs, lengths = sim.bonds
+        >>> pairs.shape, lengths.shape
+        ((0, 2), (0,))
+        """
+        bonds = self._core.bonds()
+        pairs = np.array([pair for pair, _ in bonds], dtype=np.uint64).reshape(-1, 2)
+        return pairs, np.array([length for _, length in bonds])
+
     def lock(self, which: Which = None) -> None:
         """Locks the present orientation of bodies; they stop turning.
 

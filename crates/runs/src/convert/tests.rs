@@ -316,3 +316,29 @@ fn bad_input_is_refused_by_line_and_column() {
         "{message}"
     );
 }
+
+#[test]
+fn bonds_are_kept_as_pairs_of_particles() {
+    let text = two_frames().replacen(" Time=0.0", " Bonds=\"1 2\" Time=0.0", 1);
+    let found = chunks(&converted(&text, "out.gsd").unwrap());
+    assert_eq!(integers(&found, 0, "bonds/N"), [1]);
+    assert_eq!(integers(&found, 0, "bonds/group"), [1, 2]);
+    // The bond is gone in the second frame.
+    assert_eq!(integers(&found, 1, "bonds/N"), [0]);
+    assert!(
+        !chunks(&converted(&two_frames(), "out.gsd").unwrap())
+            .contains_key(&(0, "bonds/N".to_owned()))
+    );
+    // A data file has the last frame.
+    let both = text.replace(" Time=0.1", " Bonds=\"0 2\" Time=0.1");
+    let data = String::from_utf8(converted(&both, "out.data").unwrap()).unwrap();
+    assert!(
+        data.contains("3 atoms\n2 atom types\n1 bonds\n1 bond types\n"),
+        "{data}"
+    );
+    assert!(data.ends_with("\nBonds\n\n1 1 1 3\n"), "{data}");
+    assert!(data.contains("\n3 9 2 0.5 -0.125 0.0 0 0 0\n"), "{data}");
+    let beyond = two_frames().replacen(" Time=0.0", " Bonds=\"1 3\" Time=0.0", 1);
+    let error = converted(&beyond, "out.gsd").unwrap_err();
+    assert!(format!("{error:#}").contains("no atom 3"), "{error:#}");
+}

@@ -78,6 +78,9 @@ impl HardDiscs {
         if view.has_pair_rules() {
             return no("rules for pairs of tags apply");
         }
+        if view.bonds().len() > 0 {
+            return no("bodies are tied to each other");
+        }
         let Some(temperature) = view.temperature().filter(|kt| *kt > 0.0) else {
             return no("there is no thermal motion");
         };

@@ -199,10 +199,13 @@ fn checkpoints_grow_by_the_declared_bytes_of_a_sample() {
     let left_out = ["impulses", "events"];
     for kind in KINDS.iter().filter(|kind| !left_out.contains(&kind.name)) {
         let tag = if kind.of == Of::OneBody { ":tee" } else { "" };
-        let piston = if kind.name == "piston" {
-            "[[piston]]\nx = 0.25\nmass = 5.0\nstops = [0.2, 0.3]\n"
-        } else {
-            ""
+        let piston = match kind.name {
+            "piston" => "[[piston]]\nx = 0.25\nmass = 5.0\nstops = [0.2, 0.3]\n",
+            "chains" => {
+                "[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 8\n\
+                 chain = { members = 4, tether = { max = 0.04 } }\n"
+            }
+            _ => "",
         };
         // A wall with a temperature draws velocities, which have no derivative.
         let gas = if kind.name == "lyapunov" {
@@ -329,7 +332,7 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
         let is_of = |name: &str| name.starts_with(kind.name);
         let has_table = results.tables.iter().any(|table| is_of(&table.name));
         let has_file = results.files.iter().any(|file| is_of(file));
-        // This scene has no walls or pistons, and nothing leaves a point.
+        // This scene has no walls, pistons or bonds, and nothing leaves a point.
         let is_absent = [
             "drift",
             "friction",
@@ -338,6 +341,7 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
             "wall-pressure",
             "wall-work",
             "piston",
+            "chains",
             "front",
         ]
         .contains(&kind.name);
@@ -1532,5 +1536,57 @@ fn lyapunov_exponents_are_refused_with_edits_of_the_motion() {
         let error = check(&format!("{}{}", stage(first, 1.0), stage(second, 2.0))).unwrap_err();
         let text = format!("{error:#}");
         assert!(text.contains("'lyapunov'") && text.contains(word), "{text}");
+    }
+}
+
+/// Two chains of three points that do not move: a straight one around the border of the box, and one
+/// with a right angle.
+#[test]
+fn chains_are_measured_along_their_bonds() {
+    let places = [
+        [0.9, 0.5],
+        [0.0, 0.5],
+        [0.1, 0.5], //
+        [0.4, 0.2],
+        [0.5, 0.2],
+        [0.5, 0.3],
+    ];
+    let disc = |[x, y]: [f64; 2]| {
+        format!(
+            "[[molecule]]\natoms = [{{ at = [0, 0], radius = 0.01, mass = 1 }}]\nat = [{x}, {y}]\ntags = [\"m\"]\n"
+        )
+    };
+    let discs: String = places.into_iter().map(disc).collect();
+    let text = |kind: &str| {
+        format!(
+            "[[bond]]\npairs = [[0, 1], [1, 2], [3, 4], [4, 5]]\ntether = {{ max = 0.15 }}\n{discs}\
+             [run]\nuntil = 4.0\nsample_interval = 0.1\nobserve = [\"{kind}\"]"
+        )
+    };
+    for kind in ["chains", "chains:m"] {
+        let (results, gas) = measured(&text(kind));
+        assert!(gas.unwrap_err().contains("tied"));
+        let value = |name: &str| {
+            let found = results
+                .figures
+                .iter()
+                .find(|figure| figure.name.starts_with(name));
+            found.unwrap_or_else(|| panic!("no {name}")).value
+        };
+        for (name, expected) in [
+            ("squared length of a bond", 0.01),
+            ("squared end-to-end distance", 0.03),
+            ("squared end-to-end distance by", 1.5),
+            (
+                "squared radius of gyration",
+                0.5 * (0.02 / 3.0 + 0.04 / 9.0),
+            ),
+        ] {
+            assert!(
+                (value(name) - expected).abs() < 1e-12,
+                "{name}: {}",
+                value(name)
+            );
+        }
     }
 }

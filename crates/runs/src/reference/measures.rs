@@ -89,6 +89,16 @@ mass = 10.0
 stops = [0.1, 0.9]
 ";
 
+/// Chains, for their measure.
+const CHAINS: &str = "
+[[gas]]
+radius = 0.01
+mass = 1.0
+energy = 1.0
+count = 16
+chain = { members = 4, tether = { max = 0.04 } }
+";
+
 /// Returns the section of Markdown.
 ///
 /// # Errors
@@ -158,6 +168,7 @@ fn measure(kind: &MeasureKind) -> Result<Vec<String>> {
             (kind.name.to_owned(), format!("{WALL}{GAS}"))
         }
         Of::Group if kind.name == "piston" => (kind.name.to_owned(), format!("{PISTON}{GAS}")),
+        Of::Group if kind.name == "chains" => (kind.name.to_owned(), format!("{CHAINS}{GAS}")),
         Of::Group if OF_AXES.contains(&kind.name) => (kind.name.to_owned(), format!("{RODS}{GAS}")),
         Of::OneBody => (format!("{}:body", kind.name), format!("{BODY}{GAS}")),
         Of::Group | Of::TwoGroups | Of::Pair | Of::System => (kind.name.to_owned(), GAS.to_owned()),

@@ -37,6 +37,9 @@ pub const AT_ONCE: [&str; 2] = [
     "contacts at one instant with another of the same body",
 ];
 
+/// Number of events of bonds.
+pub const OF_BONDS: &str = "events of bonds";
+
 /// A run ends at its end to this share of it: rounding of the clock.
 const END: f64 = 1e-12;
 
@@ -57,6 +60,8 @@ pub struct RunOutcome {
     /// Contacts of two bodies at several points at one instant, and contacts that follow another
     /// one of the same body at the same instant.
     at_once: [u64; 2],
+    /// Events of bonds, if there are any bonds.
+    of_bonds: Option<u64>,
     /// The time from which on the run was measured, if the run has found it.
     measured_from: Option<f64>,
     /// Number of bodies at rest that thermostats have left out, summed over their actions, by tag.
@@ -266,6 +271,7 @@ pub(super) fn outcome_of(
             view.counters().joint_collisions,
             view.counters().simultaneous_collisions,
         ],
+        of_bonds: (view.bonds().len() > 0).then(|| view.counters().bond_collisions),
         measured_from: measures
             .measured_from()
             .filter(|_| scene.run.measure_from == MeasureFrom::Auto),
@@ -392,12 +398,16 @@ impl RunOutcome {
         // Also where there are none: a mean over replicas needs all of them.
         let several = Some(Figure::new(AT_ONCE[0], joint as f64, "1"));
         let at_once = Some(Figure::new(AT_ONCE[1], simultaneous as f64, "1"));
+        let of_bonds = self
+            .of_bonds
+            .map(|count| Figure::new(OF_BONDS, count as f64, "1"));
         let optional = [
             fixed,
             self.temperature.map(temperature),
             self.measured_from.map(from),
             several,
             at_once,
+            of_bonds,
         ];
         std::iter::once(bodies)
             .chain(optional.into_iter().flatten())

@@ -194,6 +194,7 @@ impl Parent {
             ("piston", own.piston == scene.piston),
             ("container", own.container == scene.container),
             ("gas", own.gas == scene.gas),
+            ("bond", own.bond == scene.bond),
             ("start", own.start == scene.start),
         ];
         match same.iter().find(|(_, is_same)| !is_same) {
