@@ -32,6 +32,10 @@ pub fn run() -> Result<Verdict> {
     File::create(&steps.skipped)
         .with_context(|| format!("cannot write {}", steps.skipped.display()))?;
 
+    // One build serves all steps and the tests, with debug assertions and overflow checks; the
+    // commands of the repository are those of this program.
+    let program = std::env::current_exe().context("the path of this program is unknown")?;
+    let xtask = format!("'{}'", program.display());
     let mut lines = vec![
         "cargo fmt --all --check".to_owned(),
         "cargo clippy --workspace --all-targets -- -D warnings".to_owned(),
@@ -47,8 +51,8 @@ pub fn run() -> Result<Verdict> {
         lines.push(format!("cargo check --quiet --package carom-{layer}"));
     }
     lines.push("RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps".to_owned());
-    lines.push("cargo xtask tidy".to_owned());
-    lines.push("cargo xtask surface".to_owned());
+    lines.push(format!("{xtask} tidy"));
+    lines.push(format!("{xtask} surface"));
     // What the repository alone needs is never published.
     lines.push(
         "cargo package --quiet --workspace --allow-dirty --no-verify \
@@ -62,12 +66,11 @@ pub fn run() -> Result<Verdict> {
     );
     let [brownian, fuzz] = ["brownian", "fuzz"].map(|name| folder.join(name).display().to_string());
     lines.push(format!(
-        "cargo xtask experiment brownian --quick --force --out '{brownian}'"
+        "{xtask} experiment brownian --quick --force --out '{brownian}'"
     ));
     for fuzzer in ["detection", "scenes", "files", "tiles"] {
-        // With debug assertions and overflow checks.
         lines.push(format!(
-            "cargo run --quiet --package xtask -- fuzz {fuzzer} --minutes 1 --seed {FUZZ_SEED} --out '{fuzz}'"
+            "{xtask} fuzz {fuzzer} --minutes 1 --seed {FUZZ_SEED} --out '{fuzz}'"
         ));
     }
     for line in lines {
@@ -77,11 +80,9 @@ pub fn run() -> Result<Verdict> {
     }
     // The tests of the Python package compare with the command, which this program contains. All
     // tests run, so that one run shows every failure.
-    let command = std::env::current_exe().context("the path of this program is unknown")?;
     steps.tests(&format!(
-        "eval \"$(.ci/tools)\"; failed=0; CAROM_COMMAND=\"'{}' carom\" .ci/python || failed=1; \
-         tests/slurm.sh || failed=1; cargo test --workspace --no-fail-fast && exit $failed",
-        command.display()
+        "eval \"$(.ci/tools)\"; failed=0; CAROM_COMMAND=\"{xtask} carom\" .ci/python || failed=1; \
+         tests/slurm.sh || failed=1; cargo test --workspace --no-fail-fast && exit $failed"
     ))
 }
 

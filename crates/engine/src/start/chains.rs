@@ -34,27 +34,25 @@ const TRIALS_OF_CHAIN: usize = 1024;
 /// Share of the room of a tether that is left free at each of its bounds.
 const MARGIN: f64 = 1e-3;
 
-/// Places the gases of chains around the bodies of a world and the molecules that already have
-/// places.
+/// Places the gases of chains around the bodies of a world. Returns a world that holds them, too, and
+/// the places of the molecules of each gas; `None` without chains.
 ///
 /// # Errors
 /// [`SceneError::Full`] if they do not fit.
 pub(crate) fn place(
     world: &World,
     species: &[Species],
-    places: &mut [Vec<Place>],
     random: &mut Pcg64,
-) -> Result<(), SceneError> {
-    if species.iter().all(|gas| gas.spec.chain.is_none()) {
-        return Ok(());
-    }
+) -> Result<Option<(World, Vec<Vec<Place>>)>, SceneError> {
+    let chains = species.iter().filter_map(|gas| gas.spec.chain.as_ref());
+    let Some(longest) = chains.map(|chain| chain.tether.max).reduce(f64::max) else {
+        return Ok(None);
+    };
     let sizes = species.iter().flat_map(|gas| {
         let radius = |index| gas.molecule(index).bounding_radius();
         gas.groups()
             .map(move |(index, count)| (radius(index), count))
     });
-    let chains = species.iter().filter_map(|gas| gas.spec.chain.as_ref());
-    let longest = chains.map(|chain| chain.tether.max).fold(0.0, f64::max);
     let mut room = Room {
         sites: Sites::with_more(world, sizes),
         world: world.clone(),
@@ -63,14 +61,8 @@ pub(crate) fn place(
     for body in 0..world.bodies().len() {
         room.sites.add(world, body);
     }
-    for (gas, places) in species.iter().zip(&*places) {
-        for (index, place) in places.iter().enumerate() {
-            let molecule = gas.molecule(index);
-            room.sites
-                .add_circle(world.bounds(), place.at, molecule, &gas.pair_tags);
-        }
-    }
-    for (gas, places) in species.iter().zip(places) {
+    let mut places = vec![Vec::new(); species.len()];
+    for (gas, places) in species.iter().zip(&mut places) {
         let Some(chain) = &gas.spec.chain else {
             continue;
         };
@@ -82,14 +74,13 @@ pub(crate) fn place(
         }
         for start in (0..gas.count).step_by(chain.members) {
             let motions = room.place_chain(gas, chain, start, random)?;
-            let placed = motions.iter().map(|motion| Place {
+            places.extend(motions.iter().map(|motion| Place {
                 at: motion.position,
                 orientation: Some(motion.orientation),
-            });
-            places.extend(placed);
+            }));
         }
     }
-    Ok(())
+    Ok(Some((room.world, places)))
 }
 
 /// The bodies of a world and the chains placed so far.

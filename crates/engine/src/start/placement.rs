@@ -98,26 +98,28 @@ pub(crate) fn place(
     random: &mut Pcg64,
     budget: &mut Budget,
 ) -> Result<Vec<Vec<Place>>, SceneError> {
+    // Chains first: the sites of a lattice leave no room for them.
+    let chained = chains::place(world, species, random)?;
+    let (world, of_chains) = match &chained {
+        Some((with_chains, places)) => (with_chains, &places[..]),
+        None => (world, &[][..]),
+    };
     let is_single = |gas: &&Species| gas.spec.chain.is_none();
     let singles = species.iter().filter(is_single);
     let kinds: Vec<Kind<'_>> = singles.flat_map(Kind::all_of).collect();
     let mut by_kind = place_kinds(world, &kinds, random, budget)?.into_iter();
-    let places_of = |gas: &Species| {
-        let kinds = if is_single(&gas) {
-            gas.groups().count()
-        } else {
-            0
-        };
-        let places = by_kind.by_ref().take(kinds).flatten();
-        let any = |at| Place {
-            at,
-            orientation: None,
-        };
-        places.map(any).collect()
+    let any = |at| Place {
+        at,
+        orientation: None,
     };
-    let mut places = species.iter().map(places_of).collect::<Vec<_>>();
-    chains::place(world, species, &mut places, random)?;
-    Ok(places)
+    let places_of = |(index, gas): (usize, &Species)| {
+        if gas.spec.chain.is_some() {
+            return of_chains.get(index).cloned().unwrap_or_default();
+        }
+        let kinds = gas.groups().count();
+        by_kind.by_ref().take(kinds).flatten().map(any).collect()
+    };
+    Ok(species.iter().enumerate().map(places_of).collect())
 }
 
 /// Equal molecules of a gas: all of them, or one of drawn size.
