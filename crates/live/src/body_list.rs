@@ -12,7 +12,7 @@ use std::{
 
 use carom::{
     Molecule, View,
-    engine::BodyView,
+    engine::{BodyView, BondView},
     geometry::{Contour, Interior},
     observers::{colour, coloured_kinds, drawn_circles, drawn_contours},
 };
@@ -55,8 +55,27 @@ struct Head<'a> {
     /// Ends, and half the thickness (length), of each wall at `time`; its number, whether it is
     /// heated, and its motion if it moves.
     walls: Vec<([f64; 5], u64, bool, Option<MotionOfWall>)>,
+    /// Bonds: two bodies by their places in the list, and the tied points of each in its frame
+    /// (length).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    bonds: Vec<([u32; 2], [f64; 4])>,
     /// Time of the list.
     time: f64,
+}
+
+/// The bonds between bodies, which are listed in this order by their numbers.
+fn bonds(view: &View<'_>, ids: &[u32]) -> Vec<([u32; 2], [f64; 4])> {
+    let place = |id: u64| {
+        ids.binary_search(&(id as u32))
+            .ok()
+            .map(|place| place as u32)
+    };
+    let of_bond = |bond: BondView<'_>| {
+        let [a, b] = bond.bodies.map(|key| place(key.id()));
+        let [from, to] = bond.bond.tether.points();
+        Some(([a?, b?], [from.x, from.y, to.x, to.y]))
+    };
+    view.bonds().filter_map(of_bond).collect()
 }
 
 /// Pivot of a wall (length), the velocity of that, and the angular velocity.
@@ -89,6 +108,7 @@ impl BodyList {
             outlines: BTreeMap::new(),
             kinds: Vec::new(),
             walls: Vec::new(),
+            bonds: Vec::new(),
             time: view.time().to_f64(),
         };
         let (mut listed, mut known) = (ListedBodies::default(), KnownShapes::default());
@@ -116,6 +136,7 @@ impl BodyList {
             listed.shapes.push(shape);
             listed.kinds.push(kind as u16);
         }
+        head.bonds = bonds(view, &listed.ids);
         let turns = head.shapes.iter().any(|circles| circles.len() > 1);
         Self {
             version,
@@ -281,6 +302,15 @@ mod tests {
             }
         }
         assert_eq!(outlines["0"]["triangles"].as_array().unwrap().len(), 2 * 3);
+    }
+
+    #[test]
+    fn bonds_name_bodies_by_their_places_in_the_list() {
+        let bonds = "[[wall]]\nx = 0.0\n[[bond]]\npairs = [[1, 0]]\ntether = { max = 0.3 }\n";
+        let other = DISC.replace("0.7, 0.2", "0.6, 0.2");
+        let listed = head(&format!("{bonds}{DISC}{other}"))["bonds"].clone();
+        assert_eq!(listed, serde_json::json!([[[0, 1], [0.0, 0.0, 0.0, 0.0]]]));
+        assert!(head(DISC).get("bonds").is_none());
     }
 
     #[test]

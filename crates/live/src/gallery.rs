@@ -21,7 +21,7 @@ pub struct Exhibit {
 }
 
 /// All scenes.
-pub const EXHIBITS: [Exhibit; 11] = [
+pub const EXHIBITS: [Exhibit; 12] = [
     Exhibit {
         name: "tee",
         about: "The molecule of the thesis: a tee in a gas of discs, which push it about",
@@ -57,6 +57,12 @@ pub const EXHIBITS: [Exhibit; 11] = [
         about: "Small discs push two big ones together",
         measure: "drift:left",
         example: "depletion",
+    },
+    Exhibit {
+        name: "chains",
+        about: "Chains, a ring and a star of discs, tied by bonds, in a bath of discs",
+        measure: "chains:chain",
+        example: "chains",
     },
     Exhibit {
         name: "sinai",

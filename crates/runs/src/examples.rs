@@ -43,13 +43,14 @@ macro_rules! example {
 }
 
 /// Examples to begin with: scenes, then studies.
-const BEGINNINGS: [Example; 16] = [
+const BEGINNINGS: [Example; 17] = [
     example!("tee"),
     example!("mixture"),
     example!("clustering"),
     example!("two-temperatures"),
     example!("swimmers"),
     example!("depletion"),
+    example!("chains"),
     example!("sinai"),
     example!("walls"),
     example!("piston"),
