@@ -10,14 +10,13 @@
 //! = 6; for one that excludes its own area R ∝ N^(3/4) in two dimensions (Nienhuis, Phys. Rev. Lett.
 //! 49 (1982) 1062).
 
-use carom_engine::{BodyView, Observer, View};
-use glam::DVec2;
+use carom_engine::{Observer, View};
 use serde::{Deserialize, Serialize};
 
-use crate::Group;
+use crate::{Group, chains::chains_of};
 
 /// Shapes of the chains at each sample, and their bonds. A chain counts if its first body belongs to
-/// the group.
+/// the group: the earliest of its ends, or of all its bodies where it has none.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -88,15 +87,6 @@ struct ChainSums {
     linear: [f64; 3],
 }
 
-/// One chain: its bodies, with their places along its bonds.
-struct Chain {
-    places: Vec<DVec2>,
-    /// The places of the two ends, if it has two and no branch.
-    ends: Option<[DVec2; 2]>,
-    /// Σ of the squared distances of neighbours.
-    steps: f64,
-}
-
 impl ChainShapes {
     /// Shapes of the chains of a group.
     pub fn new(group: Group) -> Self {
@@ -129,68 +119,6 @@ impl ChainShapes {
     }
 }
 
-/// The chains of a view whose first body belongs to a group.
-fn chains_of(view: &View<'_>, bodies: &[BodyView<'_>], group: Group) -> Vec<Chain> {
-    let mut neighbours = vec![Vec::new(); bodies.len()];
-    for bond in view.bonds() {
-        let [a, b] = bond.bond.bodies.map(|body| body as usize);
-        neighbours[a].push(b);
-        neighbours[b].push(a);
-    }
-    let bounds = view.bounds();
-    let mut visited = vec![false; bodies.len()];
-    let mut chains = Vec::new();
-    for start in 0..bodies.len() {
-        if visited[start] || neighbours[start].is_empty() || !group.contains(bodies[start].body) {
-            continue;
-        }
-        visited[start] = true;
-        let mut open = vec![(start, bodies[start].motion.position)];
-        let (mut places, mut ends) = (Vec::new(), Vec::new());
-        let (mut steps, mut has_branch) = (0.0, false);
-        while let Some((body, place)) = open.pop() {
-            places.push(place);
-            has_branch |= neighbours[body].len() > 2;
-            if neighbours[body].len() == 1 {
-                ends.push(place);
-            }
-            for &next in &neighbours[body] {
-                let apart = bodies[next].motion.position - bodies[body].motion.position;
-                let step = bounds.nearest_image(apart);
-                // Each bond is seen from both of its ends.
-                steps += 0.5 * step.length_squared();
-                if !visited[next] {
-                    visited[next] = true;
-                    open.push((next, place + step));
-                }
-            }
-        }
-        let ends = <[DVec2; 2]>::try_from(ends).ok().filter(|_| !has_branch);
-        chains.push(Chain {
-            places,
-            ends,
-            steps,
-        });
-    }
-    chains
-}
-
-impl Chain {
-    /// The eigenvalues of the tensor of gyration (length²), the larger first.
-    fn gyration(&self) -> [f64; 2] {
-        let count = self.places.len() as f64;
-        let middle = self.places.iter().sum::<DVec2>() / count;
-        let [mut xx, mut xy, mut yy] = [0.0; 3];
-        for place in &self.places {
-            let DVec2 { x, y } = *place - middle;
-            (xx, xy, yy) = (xx + x * x, xy + x * y, yy + y * y);
-        }
-        let (mean, half) = (0.5 * (xx + yy) / count, 0.5 * (xx - yy) / count);
-        let apart = half.hypot(xy / count);
-        [mean + apart, mean - apart]
-    }
-}
-
 impl Observer for ChainShapes {
     #[inline]
     fn watches_any(&self) -> bool {
@@ -220,7 +148,7 @@ impl Observer for ChainShapes {
             self.sums.gyration += larger + smaller;
             self.sums.shape[0] += (larger - smaller).powi(2);
             self.sums.shape[1] += (larger + smaller).powi(2);
-            if let Some([from, to]) = chain.ends {
+            if let Some([from, to]) = chain.ends() {
                 let [count, squared, steps] = &mut self.sums.linear;
                 *count += 1.0;
                 *squared += (to - from).length_squared();

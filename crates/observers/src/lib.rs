@@ -54,6 +54,7 @@
 //! | disclinations: bodies without six neighbours | [`Disclinations`] | samples |
 //! | clusters of bodies nearer than a gap, percolation | [`Clusters`] | samples |
 //! | chains: bond lengths, end-to-end distance, radius of gyration | [`ChainShapes`] | samples |
+//! | chains: displacement, relaxation of a Rouse mode | [`ChainRelaxation`] | samples |
 //! | areas of the Voronoi cells and their neighbours | [`VoronoiCells`] | samples |
 //! | nematic, tetratic, k-atic order of orientations | [`OrientationalOrder`] | samples |
 //! | displacements along and across the axis of a body, in its own frame | [`BodyFrameDiffusion`] | samples |
@@ -85,7 +86,9 @@ mod body_numbers;
 mod bond_order_correlation;
 mod bond_order_relaxation;
 mod cell_list;
+mod chain_relaxation;
 mod chain_shapes;
+mod chains;
 mod clusters;
 mod coarse_atoms;
 mod collision_rate;
@@ -157,6 +160,7 @@ pub use body_frame_diffusion::{BodyFrameDiffusion, BodyFramePoint};
 pub use body_numbers::{BodyNumbers, NumberPoint};
 pub use bond_order_correlation::{BondOrderCorrelation, BondOrderPoint};
 pub use bond_order_relaxation::{BondOrderLag, BondOrderRelaxation};
+pub use chain_relaxation::{ChainLag, ChainRelaxation};
 pub use chain_shapes::{ChainPoint, ChainShapes};
 pub use clusters::{ClusterPoint, Clusters};
 pub use collision_rate::{CollisionRate, RatePoint};

@@ -8,6 +8,7 @@ mod billiard;
 mod body_frame_diffusion;
 mod bond_order_correlation;
 mod bond_order_relaxation;
+mod chain_relaxation;
 mod chains;
 mod clusters;
 mod collision_rate;
@@ -97,7 +98,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 52] = [
+pub const KINDS: [MeasureKind; 53] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -126,6 +127,7 @@ pub const KINDS: [MeasureKind; 52] = [
     defects::KIND,
     clusters::KIND,
     chains::KIND,
+    chain_relaxation::KIND,
     voronoi::KIND,
     free_path::KIND,
     viscosity::KIND,

@@ -201,7 +201,7 @@ fn checkpoints_grow_by_the_declared_bytes_of_a_sample() {
         let tag = if kind.of == Of::OneBody { ":tee" } else { "" };
         let piston = match kind.name {
             "piston" => "[[piston]]\nx = 0.25\nmass = 5.0\nstops = [0.2, 0.3]\n",
-            "chains" => {
+            "chains" | "chain-relaxation" => {
                 "[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 8\n\
                  chain = { members = 4, tether = { max = 0.04 } }\n"
             }
@@ -342,6 +342,7 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
             "wall-work",
             "piston",
             "chains",
+            "chain-relaxation",
             "front",
         ]
         .contains(&kind.name);

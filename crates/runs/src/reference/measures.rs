@@ -89,7 +89,7 @@ mass = 10.0
 stops = [0.1, 0.9]
 ";
 
-/// Chains, for their measure.
+/// Chains, for their measures.
 const CHAINS: &str = "
 [[gas]]
 radius = 0.01
@@ -168,7 +168,9 @@ fn measure(kind: &MeasureKind) -> Result<Vec<String>> {
             (kind.name.to_owned(), format!("{WALL}{GAS}"))
         }
         Of::Group if kind.name == "piston" => (kind.name.to_owned(), format!("{PISTON}{GAS}")),
-        Of::Group if kind.name == "chains" => (kind.name.to_owned(), format!("{CHAINS}{GAS}")),
+        Of::Group if kind.name.starts_with("chain") => {
+            (kind.name.to_owned(), format!("{CHAINS}{GAS}"))
+        }
         Of::Group if OF_AXES.contains(&kind.name) => (kind.name.to_owned(), format!("{RODS}{GAS}")),
         Of::OneBody => (format!("{}:body", kind.name), format!("{BODY}{GAS}")),
         Of::Group | Of::TwoGroups | Of::Pair | Of::System => (kind.name.to_owned(), GAS.to_owned()),

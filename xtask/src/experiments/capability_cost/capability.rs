@@ -239,7 +239,7 @@ impl Variant {
             !EVERY_RUN[1..].contains(name)
                 && !OF_AXES.contains(name)
                 && !name.starts_with("wall-")
-                && !["piston", "lyapunov", "chains"].contains(name)
+                && !["piston", "lyapunov", "chains", "chain-relaxation"].contains(name)
         };
         measures::KINDS
             .iter()
