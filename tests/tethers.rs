@@ -13,8 +13,9 @@ use proptest::prelude::*;
 use crate::support::{property::cases, simulate};
 
 /// Chains of discs, with and without a shortest length, a ring and a star of discs, dumbbells
-/// hinged at their ends, squares hinged at their corners, and discs tied to bumpers.
-const SCENES: [&str; 7] = [
+/// hinged at their ends, squares hinged at their corners, discs tied to bumpers, pairs on long
+/// tethers, and locked discs tied at their rims.
+const SCENES: [&str; 8] = [
     "[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 60\n\
      chain = { members = 6, tether = { max = 0.06 } }",
     "[[gas]]\nradius = 0.015\nmass = 1.0\nenergy = 1.0\ncount = 40\n\
@@ -38,6 +39,8 @@ const SCENES: [&str; 7] = [
      [[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 30",
     "[[gas]]\nradius = 0.004\nmass = 1.0\nenergy = 1.0\ncount = 8\n\
      chain = { members = 2, tether = { max = 0.4 } }",
+    "[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 40\nrotation = \"locked\"\n\
+     chain = { members = 2, tether = { max = 0.03, points = [[0.02, 0.0], [0.0, 0.02]] } }",
 ];
 
 fn scene(number: usize, seed: u64) -> Scene {
@@ -142,7 +145,7 @@ fn time_reversal_returns_to_the_start() {
     for number in 0..SCENES.len() {
         let mut simulation = Simulation::new(&scene(number, 11)).unwrap();
         let start: Vec<_> = simulation.view().bodies().map(|body| body.motion).collect();
-        let until = [0.05, 0.05, 0.05, 0.05, 0.05, 0.1, 0.3][number];
+        let until = [0.05, 0.05, 0.05, 0.05, 0.05, 0.1, 0.3, 0.05][number];
         simulation.run_until(until).unwrap();
         let events = simulation.view().counters().bond_collisions;
         assert!(events > 0, "scene {number}");
@@ -290,9 +293,9 @@ fn an_inelastic_bond_loses_the_speed_along_it() {
 /// A dense melt is grown, and its bonds hold.
 #[test]
 fn chains_grow_to_a_melt() {
-    let text = "[box]\nseed = 3\n\
+    let text = "[box]\nseed = 3\n[elasticity]\ncontact_time = 1e-4\n\
         [[gas]]\nradius = 0.02\nmass = 1.0\ntemperature = 1.0\narea_fraction = 0.6\ncount = 480\n\
-        chain = { members = 8, tether = { max = 0.056 } }";
+        chain = { members = 8, tether = { max = 0.056, elasticity = 0.99 } }";
     let mut simulation = Simulation::new(&Scene::from_toml(text).unwrap()).unwrap();
     let bonds = simulation.view().bonds().count();
     assert_eq!(bonds, 420);
@@ -301,6 +304,18 @@ fn chains_grow_to_a_melt() {
     let view = simulation.view();
     assert_eq!(view.overlaps().pairs, 0);
     assert!(view.counters().bond_collisions > 1000);
+}
+
+/// A random walk traps itself, on average after 71 steps of the square lattice: members are taken
+/// back.
+#[test]
+fn a_long_chain_is_placed() {
+    let text = "[box]\nsides = [200.0, 200.0]\nseed = 4\n\
+        [[gas]]\nradius = 0.5\nmass = 1.0\ntemperature = 1.0\ncount = 1000\n\
+        chain = { members = 1000, tether = { max = 1.3 } }";
+    let simulation = Simulation::new(&Scene::from_toml(text).unwrap()).unwrap();
+    assert_eq!(simulation.view().overlaps().pairs, 0);
+    assert_eq!(simulation.view().bonds().count(), 999);
 }
 
 proptest! {

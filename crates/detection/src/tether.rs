@@ -14,8 +14,7 @@
 //! 2. **Derivatives.** g' = −d·d'/ℓ, g'' = −(|d'|² + d·d'')/ℓ and g''' = −(3 d'·d'' + d·d''')/ℓ.
 //! 3. **Bounds for all times.** While |d| ≤ S, which holds up to the event and beyond it by more
 //!    than rounding, |g''| ≤ (L² + S K)/ℓ and |g'''| ≤ (3 L K + S K₃)/ℓ. For points at the centres
-//!    of mass K = K₃ = 0: g is a parabola, and Lemma 6 of `gap_search` gives its root in closed
-//!    form at once.
+//!    of mass the event is that of [`taut_in`], in closed form.
 //! 4. **Fast rotors.** Each point stays within its arm of the centre of mass: d does not reach ℓ
 //!    before the distance of the centres reaches ℓ − r_A − r_B, if this is positive.
 //! 5. **Growth without cancellation.** g(h) − g(0) = −δ·(2 d(0) + δ)/2ℓ, with δ of Lemma 10 of
@@ -38,12 +37,14 @@ use thiserror::Error;
 use crate::{
     ErrorBound,
     atom_pair::{AtomPair, centripetal, or_none, swing},
+    disc::disc_contact,
+    error_bound::one_norm,
     flight::{Flight, Pose},
     gap_search::{Gap, GapFunction},
     range::{Unit, faster, unit_of_radii},
     safe_step::{Curvature, safe_step},
     search::{PairOutcome, Search},
-    tolerance::{FAST_ROTOR, MAX_STEPS},
+    tolerance::{FAST_ROTOR, MAX_STEPS, RESTING_DEPTH},
 };
 
 /// S/ℓ
@@ -221,7 +222,36 @@ impl Tether {
         Flight::of_bodies(self.circles.map(|circle| circle.arm == 0.0), motion)
     }
 
+    /// The first event of points at the centres of mass, in closed form.
+    fn straight_event(&self, motion: &RelativeMotion, horizon: f64) -> TetherOutcome {
+        let (d, velocity) = (motion.separation, motion.velocity);
+        let errors = |length: f64| {
+            let circles = self.circles.map(|circle| Circle {
+                radius: 0.5 * length,
+                ..circle
+            });
+            let bound = ErrorBound::of_circles(motion, velocity.length(), [0.0; 2], &circles);
+            (bound.at(0.0), motion.velocity_error)
+        };
+        let taut = taut_in(d, velocity, self.longest, errors(self.longest));
+        let mut first = (taut, TetherBound::Longest);
+        if self.shortest > 0.0 {
+            let near = disc_contact(d, velocity, self.shortest, errors(self.shortest));
+            if near < taut {
+                first = (near, TetherBound::Shortest);
+            }
+        }
+        if first.0 <= horizon {
+            TetherOutcome::Reached(first.0, first.1)
+        } else {
+            TetherOutcome::Free
+        }
+    }
+
     fn search(&self, motion: &RelativeMotion, horizon: f64) -> TetherOutcome {
+        if self.circles.iter().all(|circle| circle.arm == 0.0) {
+            return self.straight_event(motion, horizon);
+        }
         let flight = self.flight(motion);
         let mut search = Search::new(horizon, MAX_STEPS, ());
         let mut first = TetherOutcome::Free;
@@ -247,6 +277,45 @@ impl Tether {
             take(found, TetherBound::Shortest);
         }
         first
+    }
+}
+
+/// The time at which two points in uniform motion, d apart with the relative velocity v, are
+/// `longest` apart (time from now; infinite if they are at rest to each other).
+///
+/// With c = ℓ² − d², b = d·v and D = ℓ² v² − (d × v)², it is the later root of |d + v t| = ℓ:
+/// c/(b + √D), or (√D − b)/v² for b < 0. The rounding of c and of the speed at which the points part
+/// is that of [`disc_contact`], whose rules hold with the sign turned: a pair that touches is at its
+/// bound if it certainly parts, and one that is beyond the bound unless it certainly returns. Points
+/// that return meet the bound once more, on the other side.
+fn taut_in(d: DVec2, v: DVec2, longest: f64, (error, velocity_error): (f64, f64)) -> f64 {
+    let (b, v_squared, cross) = (d.dot(v), v.length_squared(), d.perp_dot(v));
+    if v_squared == 0.0 {
+        return f64::INFINITY;
+    }
+    let c = longest * longest - d.length_squared();
+    let error = error + 8.0 * U * longest;
+    let touching = 2.0 * longest * error;
+    // The time at which d² is ℓ² + `depth`.
+    let time_to = |depth: f64| {
+        let squared = (longest * longest + depth) * v_squared - cross * cross;
+        let root = squared.max(0.0).sqrt();
+        if b < 0.0 {
+            (root - b) / v_squared
+        } else if b + root > 0.0 {
+            (c + depth).max(0.0) / (b + root)
+        } else {
+            0.0
+        }
+    };
+    let resolved = (error + 8.0 * U * longest) * one_norm(v) + velocity_error * longest;
+    let resting = RESTING_DEPTH * touching;
+    if c.abs() > touching || b.abs() > resolved || resolved == 0.0 {
+        time_to(0.0)
+    } else if c < -resting {
+        0.0
+    } else {
+        time_to(resting - c.min(0.0))
     }
 }
 

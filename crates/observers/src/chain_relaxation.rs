@@ -173,8 +173,10 @@ impl Observer for ChainRelaxation {
             .filter(|chain| chain.is_linear)
             .map(|chain| {
                 let first = &bodies[chain.first];
+                // Bonds may change: a chain is known by both of its ends.
+                let last = bodies[chain.last].body.id();
                 LaggedSample {
-                    id: first.body.id(),
+                    id: (first.body.id() << 32) ^ last,
                     state: self.state(chain, first.unwrapped(&view.bounds())),
                 }
             })

@@ -132,17 +132,12 @@ impl Observer for ChainShapes {
             return;
         }
         let before = self.sums;
-        for bond in view.bonds() {
-            if self
-                .group
-                .contains(bodies[bond.bond.bodies[0] as usize].body)
-            {
-                self.sums.bonds += 1.0;
-                self.sums.lengths += bond.length;
-                self.sums.squared_lengths += bond.length * bond.length;
-            }
-        }
         for chain in &chains {
+            for length in &chain.lengths {
+                self.sums.bonds += 1.0;
+                self.sums.lengths += length;
+                self.sums.squared_lengths += length * length;
+            }
             let [larger, smaller] = chain.gyration();
             self.sums.chains += 1.0;
             self.sums.gyration += larger + smaller;

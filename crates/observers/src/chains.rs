@@ -1,4 +1,5 @@
-//! Chains: sets of bodies that bonds connect, walked from neighbour to neighbour.
+//! Chains: sets of bodies that bonds connect, walked from neighbour to neighbour. A fixed body
+//! anchors those that are tied to it and connects none.
 
 use carom_engine::{BodyView, View};
 use glam::DVec2;
@@ -15,6 +16,10 @@ pub(crate) struct Chain {
     pub(crate) places: Vec<DVec2>,
     /// Σ of the squared distances of neighbours (length²).
     pub(crate) steps: f64,
+    /// Distances of the tied points of its bonds (length).
+    pub(crate) lengths: Vec<f64>,
+    /// Index of the body reached last: in a chain without branches its other end.
+    pub(crate) last: usize,
     /// Whether it has two ends and no branch.
     pub(crate) is_linear: bool,
 }
@@ -22,20 +27,29 @@ pub(crate) struct Chain {
 /// The chains of a view whose first body belongs to a group.
 pub(crate) fn chains_of(view: &View<'_>, bodies: &[BodyView<'_>], group: Group) -> Vec<Chain> {
     let mut neighbours = vec![Vec::new(); bodies.len()];
+    let mut lengths = vec![Vec::new(); bodies.len()];
     for bond in view.bonds() {
         let [a, b] = bond.bond.bodies.map(|body| body as usize);
-        neighbours[a].push(b);
-        neighbours[b].push(a);
+        let is_anchor = [a, b].map(|body| bodies[body].body.is_fixed());
+        lengths[if is_anchor[0] { b } else { a }].push(bond.length);
+        if is_anchor == [false; 2] {
+            neighbours[a].push(b);
+            neighbours[b].push(a);
+        }
+    }
+    for list in &mut neighbours {
+        // Two bodies may have several bonds.
+        list.sort_unstable();
+        list.dedup();
     }
     let mut walk = Walk {
         visited: vec![false; bodies.len()],
         bodies,
         neighbours,
+        lengths,
     };
-    let is_end = |walk: &Walk<'_>, body: &usize| walk.neighbours[*body].len() == 1;
-    let ends: Vec<usize> = (0..bodies.len())
-        .filter(|body| is_end(&walk, body))
-        .collect();
+    let ends = (0..bodies.len()).filter(|&body| walk.neighbours[body].len() == 1);
+    let ends: Vec<usize> = ends.collect();
     let mut chains = Vec::new();
     for first in ends.into_iter().chain(0..bodies.len()) {
         if !walk.visited[first] && !walk.neighbours[first].is_empty() {
@@ -53,6 +67,8 @@ struct Walk<'a> {
     visited: Vec<bool>,
     bodies: &'a [BodyView<'a>],
     neighbours: Vec<Vec<usize>>,
+    /// Lengths of bonds, each at one of its bodies.
+    lengths: Vec<Vec<f64>>,
 }
 
 impl Walk<'_> {
@@ -62,6 +78,8 @@ impl Walk<'_> {
             first,
             places: Vec::new(),
             steps: 0.0,
+            lengths: Vec::new(),
+            last: first,
             is_linear: true,
         };
         let mut ends = 0;
@@ -69,12 +87,14 @@ impl Walk<'_> {
         let mut open = vec![(first, self.bodies[first].motion.position)];
         while let Some((body, place)) = open.pop() {
             chain.places.push(place);
+            chain.last = body;
+            chain.lengths.append(&mut self.lengths[body]);
             ends += usize::from(self.neighbours[body].len() == 1);
             chain.is_linear &= self.neighbours[body].len() <= 2;
             for &next in &self.neighbours[body] {
                 let apart = self.bodies[next].motion.position - self.bodies[body].motion.position;
                 let step = bounds.nearest_image(apart);
-                // Each bond is seen from both of its ends.
+                // Two neighbours are seen from both.
                 chain.steps += 0.5 * step.length_squared();
                 if !self.visited[next] {
                     self.visited[next] = true;

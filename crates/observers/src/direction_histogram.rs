@@ -142,8 +142,8 @@ impl Observer for DirectionHistogram {
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        // A contact without impulse has no direction.
-        if report.impulse == DVec2::ZERO {
+        // A contact without impulse has no direction, and a bond pulls at its own point.
+        if report.impulse == DVec2::ZERO || report.bond.is_some() {
             return;
         }
         for (side, impulse) in report.sides.iter().zip([-report.impulse, report.impulse]) {

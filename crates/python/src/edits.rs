@@ -18,8 +18,6 @@ pub enum Change<'a> {
     Lock,
     /// Frees its orientation.
     Unlock,
-    /// Removes all its bonds.
-    Unbond,
     /// Adds this tag.
     Tag(&'a str),
     /// Removes this tag.
@@ -41,7 +39,6 @@ pub fn change(
                 Change::Remove => batch.remove(key)?,
                 Change::Lock => batch.set_rotation(key, Rotation::Locked)?,
                 Change::Unlock => batch.set_rotation(key, Rotation::Free)?,
-                Change::Unbond => batch.unbond(key)?,
                 Change::Tag(name) => batch.tag(key, name).map(|_| ())?,
                 Change::Untag(name) => batch.untag(key, name)?,
             }

@@ -539,7 +539,14 @@ impl Core {
     }
 
     fn unbond(&self, py: Python<'_>, ids: PyReadonlyArray1<'_, u64>) -> PyResult<()> {
-        self.change(py, ids.as_slice()?, Change::Unbond)
+        let keys: Vec<_> = ids
+            .as_slice()?
+            .iter()
+            .map(|&id| carom::BodyKey::of_id(id))
+            .collect();
+        self.edit(py, |state| {
+            state.simulation.edit(|batch| batch.unbond(&keys))
+        })
     }
 
     /// The two bodies of each bond by their numbers, and the distance of its points (length).

@@ -31,9 +31,11 @@ pub(super) enum CellContents {
     Discs,
     /// Equal discs at large distances, in cells of a few discs each.
     DiluteDiscs,
-    /// Discs of which some do not see each other, touch at another distance than the sum of their
-    /// radii, or have bonds, in cells with neighbour lists.
+    /// Discs of which some do not see each other, or touch at another distance than the sum of
+    /// their radii, in cells with neighbour lists.
     DiscsByPair,
+    /// Discs of which some have bonds, in cells with neighbour lists.
+    TiedDiscs,
     /// Molecules and any small discs, in cells with neighbour lists.
     Molecules,
 }
@@ -68,8 +70,7 @@ impl CellGrid {
         let sides = world.bounds().sides();
         let moving = || world.bodies().iter().filter(|body| body.is_free());
         let discs = moving().filter(|body| body.kind.molecule.is_disc()).count();
-        // Discs with bonds take the search that looks at more than the cells.
-        let by_pair = world.pairs.is_active() || world.is_tethered();
+        let by_pair = world.pairs.is_active();
         // The search among molecules takes the radii as they are: discs with a factor on their
         // contact distance live in cells of discs.
         let by_diameter = world.pairs.has_diameters() && discs > 0;
@@ -104,7 +105,8 @@ impl CellGrid {
         let bodies = world.bodies().len().max(1) as f64;
         let equal_radii = radii.len() == world.bodies().len() && radii.first() == radii.last();
         let spacing = (sides.x * sides.y / bodies).sqrt();
-        let is_dilute = equal_radii && !holds_molecules && !by_pair && spacing > DILUTE * longest;
+        let are_alike = !by_pair && !world.is_tethered();
+        let is_dilute = equal_radii && !holds_molecules && are_alike && spacing > DILUTE * longest;
         let cells_per_body = match largest_small > 0.0 {
             true if is_dilute => CELLS_PER_BODY_WHERE_DILUTE,
             true => MAX_CELLS_PER_BODY,
@@ -114,6 +116,7 @@ impl CellGrid {
             (true, _) => CellContents::Molecules,
             (false, true) => CellContents::DiluteDiscs,
             (false, false) if by_pair => CellContents::DiscsByPair,
+            (false, false) if world.is_tethered() => CellContents::TiedDiscs,
             (false, false) => CellContents::Discs,
         };
         let mut grid = Self {

@@ -189,7 +189,10 @@ impl Cells {
             _ if world.has_gravity() => Some(TileUse::Gravity),
             _ if world.moves_walls() => Some(TileUse::MovingWalls),
             _ if world.bodies().iter().any(is_large) => Some(TileUse::LargeBodies),
-            CellContents::Discs | CellContents::DiscsByPair | CellContents::Molecules => None,
+            CellContents::Discs
+            | CellContents::DiscsByPair
+            | CellContents::TiedDiscs
+            | CellContents::Molecules => None,
         };
         Self {
             whole: CellState::new(instructions, grid, WholeBox),

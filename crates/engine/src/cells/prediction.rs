@@ -45,6 +45,12 @@ impl<F: CellFrame> CellState<F> {
                 let events = self.query_neighbours(kernel, body, now);
                 self.store_disc_event(world, detection, body, now, &events)
             }
+            CellContents::TiedDiscs if !self.multi_cell.is_multi_cell(body) => {
+                let events = self.query_neighbours(kernel, body, now);
+                self.store_disc_event(world, detection, body, now, &events);
+                self.search_bonds(world, body, now, None);
+                self.records[body as usize].time
+            }
             // All bodies of a dilute gas live in cells.
             CellContents::DiluteDiscs if F::IS_WHOLE => {
                 self.predict_dilute(kernel, detection, body, now)

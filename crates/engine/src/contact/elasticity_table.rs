@@ -301,7 +301,8 @@ impl ElasticityTable {
                 let is_disc = !body.is_fixed() && body.kind.molecule.is_disc();
                 let is_rough = body.kind.has_rough_contacts || may_become_rough;
                 is_disc && (is_rough || motion.angular_velocity != 0.0)
-            });
+            })
+            || world.ties_discs_beside_their_centres();
         (rough, by_default)
     }
 

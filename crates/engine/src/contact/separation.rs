@@ -102,8 +102,13 @@ pub(crate) fn missing_impulse(
             }
             (_, None) => 0.0,
         };
-        let rim =
-            |n: usize| before[n].angular_velocity.abs() * bodies[n].kind.molecule.bounding_radius();
+        let arm = |n: usize| match parts {
+            TouchingParts::Bond(bond, _) => {
+                world.bonds()[bond as usize].tether.points()[n].length()
+            }
+            _ => bodies[n].kind.molecule.bounding_radius(),
+        };
+        let rim = |n: usize| before[n].angular_velocity.abs() * arm(n);
         let speed = relative.velocity.length() + (rim(0) + rim(1));
         let most = MAX_SEPARATION * speed + MIN_SEPARATION * relative.velocity_error;
         (MIN_SEPARATION * resolved).min(most)

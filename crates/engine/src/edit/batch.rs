@@ -346,7 +346,8 @@ impl Batch {
     /// [`EditError::Scene`] if a body is not there or a number is out of range. The batch is refused
     /// if a bond is beyond its bounds at its end, or ties bodies that cannot be tied.
     pub fn bond(&mut self, spec: &BondSpec) -> Result<(), EditError> {
-        let added = bonds_between(&self.world, "bond", spec)?;
+        let index = |number: u64| self.index(BodyKey::of_id(number)).ok();
+        let added = bonds_between(index, "bond", spec)?;
         self.start_to_move();
         let bonds = [self.world.bonds(), &added].concat();
         self.world.tethers = Tethers::new(bonds);
@@ -354,34 +355,29 @@ impl Batch {
         Ok(())
     }
 
-    /// Removes all bonds of a body.
+    /// Removes all bonds of bodies.
     ///
     /// # Errors
-    /// [`EditError::NoSuchBody`].
-    pub fn unbond(&mut self, key: BodyKey) -> Result<(), EditError> {
-        let index = self.index(key)? as u32;
-        if !self.world.bonds_of(index).is_empty() {
-            self.start_to_move();
-            let bonds = self.world.bonds().iter();
-            let others = bonds.filter(|bond| !bond.bodies.contains(&index)).copied();
-            self.world.tethers = Tethers::new(others.collect());
-            self.moves = true;
+    /// [`EditError::NoSuchBody`]; then nothing changes.
+    pub fn unbond(&mut self, keys: &[BodyKey]) -> Result<(), EditError> {
+        let mut is_cut = vec![false; self.world.bodies.len()];
+        for &key in keys {
+            is_cut[self.index(key)?] = true;
         }
+        self.cut_bonds(|_, body| is_cut[body as usize]);
         Ok(())
     }
 
     /// Removes all bonds of the bodies that carry a tag.
     pub fn unbond_tag(&mut self, tag: Tag) {
-        let is_bound = |bond: &Bond| {
-            let bodies = bond.bodies.map(|body| &self.world.bodies[body as usize]);
-            bodies.iter().any(|body| body.has_tag(tag))
-        };
+        self.cut_bonds(|world, body| world.bodies[body as usize].has_tag(tag));
+    }
+
+    /// Removes the bonds of the bodies that are cut off.
+    fn cut_bonds(&mut self, is_cut: impl Fn(&World, u32) -> bool) {
         let bonds = self.world.bonds();
-        let others: Vec<Bond> = bonds
-            .iter()
-            .filter(|bond| !is_bound(bond))
-            .copied()
-            .collect();
+        let remains = |bond: &&Bond| !bond.bodies.iter().any(|&body| is_cut(&self.world, body));
+        let others: Vec<Bond> = bonds.iter().filter(remains).copied().collect();
         if others.len() < bonds.len() {
             self.start_to_move();
             self.world.tethers = Tethers::new(others);

@@ -148,7 +148,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
     /// // Two bodies farther apart than that cannot be tied.
     /// let tied = simulation.bond(&spec).is_ok();
     /// assert_eq!(simulation.view().bonds().count(), usize::from(tied));
-    /// simulation.edit(|batch| batch.unbond(keys[0]))?;
+    /// simulation.edit(|batch| batch.unbond(&keys[..1]))?;
     /// assert_eq!(simulation.view().bonds().count(), 0);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```

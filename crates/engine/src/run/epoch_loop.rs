@@ -412,6 +412,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
             image,
             shift: self.world.bounds.shift(image),
             points: 1,
+            bond: None,
             work: 0.0,
         };
         if let Some(observer) = &mut self.observer {
@@ -499,6 +500,10 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
                 image,
                 shift: self.world.shift_of(contact),
                 points: resolved.points,
+                bond: match parts {
+                    TouchingParts::Bond(bond, _) => Some(bond),
+                    _ => None,
+                },
                 work: resolved.work,
                 drag: self.world.clock.drag(),
             });

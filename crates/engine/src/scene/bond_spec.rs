@@ -1,7 +1,10 @@
 //! Bonds: tethers between two points of two bodies, in lists or along the chains of a gas.
 
+use carom_detection::Tether;
 #[cfg(feature = "schema")]
 use carom_geometry::{MAX_MAGNITUDE, MIN_MAGNITUDE};
+use carom_response::Elasticity;
+use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use crate::scene::is_default;
@@ -127,6 +130,25 @@ pub struct ChainSpec {
     pub tether: TetherSpec,
 }
 
+impl TetherSpec {
+    /// The tether and its elasticity.
+    ///
+    /// # Errors
+    /// A number is out of range.
+    pub(crate) fn checked(&self) -> Result<(Tether, Elasticity), String> {
+        let points = self.points.map(DVec2::from);
+        let tether = Tether::new(points, [self.min, self.max]);
+        let tether = tether.map_err(|reason| reason.to_string())?;
+        let share = Some(self.elasticity).filter(|share| (0.0..=1.0).contains(share));
+        let elasticity = share.and_then(|share| Elasticity::new(share).ok());
+        let elasticity = elasticity.ok_or_else(|| {
+            let given = self.elasticity;
+            format!("`elasticity` of a tether must be from 0 to 1, but is {given:?}")
+        })?;
+        Ok((tether, elasticity))
+    }
+}
+
 impl ChainSpec {
     /// The number of bonds of one chain.
     pub fn bonds(&self) -> usize {
@@ -153,6 +175,7 @@ impl ChainSpec {
 
     /// Refuses numbers that do not fit each other, for a gas of `count` molecules.
     pub(crate) fn check(&self, count: usize) -> Result<(), String> {
+        self.tether.checked()?;
         let members = self.members;
         if members < 2 {
             return Err(format!(

@@ -184,8 +184,8 @@ pub struct GasSpec {
     /// Whether the molecules turn (free) or not (locked).
     pub rotation: Rotation,
     /// How the molecules are tied to chains, rings or stars, in the order of their numbers. Chains
-    /// are placed at random around all other molecules; where they do not fit, those tied at their
-    /// centres grow (`[start]`).
+    /// are placed at random around single molecules, bumpers and walls, before all other gases;
+    /// where they do not fit, those tied at their centres grow (`[start]`).
     #[serde(skip_serializing_if = "Option::is_none")]
     #[doc(alias = "polymer")]
     pub chain: Option<ChainSpec>,

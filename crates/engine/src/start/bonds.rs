@@ -1,6 +1,5 @@
 //! The bonds of a scene: its lists, and those along the chains of its gases.
 
-use carom_detection::Tether;
 use carom_response::Elasticity;
 use glam::DVec2;
 
@@ -14,7 +13,6 @@ use crate::{
     start::species::Species,
     world::{
         World,
-        body::BodyKey,
         rounding_bound::rounding_bound,
         tethers::{Bond, Tethers},
     },
@@ -23,6 +21,10 @@ use crate::{
 /// Largest share of the side of the box that the centres of two tethered bodies may be apart: at
 /// half a side, another image would be as near.
 const MAX_SHARE: f64 = 0.5 - 1e-6;
+
+/// Smallest room of a tether as a share of the longer side. Smaller: positions are rounded by more
+/// than 10⁻⁵ of the room, and a run makes more events than it can.
+const MIN_ROOM: f64 = 1e-10;
 
 /// Ties the bodies of a scene, of which the molecules of the gases begin at index `first`.
 ///
@@ -69,13 +71,13 @@ pub(crate) fn tie(
     Ok(())
 }
 
-/// The bonds of an entry between bodies of a world, by the numbers of their keys.
+/// The bonds of an entry between bodies of which `index` gives the places, by the numbers of their
+/// keys.
 pub(crate) fn bonds_between(
-    world: &World,
+    index: impl Fn(u64) -> Option<usize>,
     entry: &str,
     spec: &BondSpec,
 ) -> Result<Vec<Bond>, SceneError> {
-    let index = |number: u64| world.index(BodyKey::of_id(number));
     let of_pair = |pair: &[u64; 2]| {
         bond(
             entry,
@@ -102,17 +104,7 @@ fn bond(
     if a == b {
         return Err(problem(format!("body number {a} cannot be tied to itself")));
     }
-    let points = spec.points.map(DVec2::from);
-    let tether = Tether::new(points, [spec.min, spec.max]);
-    let tether = tether.map_err(|reason| problem(reason.to_string()))?;
-    let elasticity = Some(spec.elasticity).filter(|share| (0.0..=1.0).contains(share));
-    let elasticity = elasticity.and_then(|share| Elasticity::new(share).ok());
-    let Some(elasticity) = elasticity else {
-        return Err(problem(format!(
-            "`elasticity` of a tether must be from 0 to 1, but is {:?}",
-            spec.elasticity
-        )));
-    };
+    let (tether, elasticity) = spec.checked().map_err(problem)?;
     Ok(Bond {
         bodies: [a.min(b), a.max(b)],
         tether: if a < b { tether } else { tether.exchanged() },
@@ -190,6 +182,22 @@ fn refuse_impossible(world: &World, entry: impl Fn(usize) -> String) -> Result<(
                 ),
             );
         }
+        let [mut shortest, longest] = bond.tether.bounds();
+        let at_centres = bond.tether.points() == [DVec2::ZERO; 2];
+        if at_centres && bodies.iter().all(|body| body.molecule().is_disc()) {
+            let [a, b] = bodies.map(|body| body.molecule().bounding_radius());
+            shortest = shortest.max(world.pairs.factor(bodies[0], bodies[1]) * (a + b));
+        }
+        let least = MIN_ROOM * world.bounds.sides().max_element();
+        if longest - shortest < least {
+            return problem(
+                bond,
+                format!(
+                    "leaves its length a room of {:?}: it must be at least 1e-10 of the longer side, {least:?} (length)",
+                    longest - shortest
+                ),
+            );
+        }
         if bodies.iter().any(|body| body.is_wall()) {
             return problem(
                 bond,
@@ -209,7 +217,7 @@ fn refuse_impossible(world: &World, entry: impl Fn(usize) -> String) -> Result<(
         let is_held = |n: usize| {
             let body = bodies[n];
             let turns = body.inertia().inverse_moment > 0.0;
-            beside[n] && body.molecule().is_disc() && turns && !body.can_turn()
+            beside[n] && body.molecule().is_round() && turns && !body.can_turn()
         };
         if is_held(0) || is_held(1) {
             return problem(

@@ -23,13 +23,13 @@ use crate::{
     world::World,
 };
 
-/// Places tried for a member before its chain is begun anew. Fewer: chains that would fit are begun
-/// anew. More: a chain that has run into a dead end is given up later.
+/// Places tried for a member before the members before it are taken back. Fewer: more dead ends.
+/// More: each takes longer.
 const TRIALS_OF_MEMBER: usize = 256;
 
-/// How often a chain is begun anew. Fewer: chains that would fit are refused. More: a refusal takes
-/// longer.
-const TRIALS_OF_CHAIN: usize = 1024;
+/// Dead ends of a chain after which it is given up. Fewer: chains that would fit are refused. More:
+/// a refusal takes longer.
+const DEAD_ENDS: u32 = 4096;
 
 /// Share of the room of a tether that is left free at each of its bounds.
 const MARGIN: f64 = 1e-3;
@@ -45,7 +45,11 @@ pub(crate) fn place(
     random: &mut Pcg64,
 ) -> Result<Option<(World, Vec<Vec<Place>>)>, SceneError> {
     let chains = species.iter().filter_map(|gas| gas.spec.chain.as_ref());
-    let Some(longest) = chains.map(|chain| chain.tether.max).reduce(f64::max) else {
+    let reach = |chain: &ChainSpec| {
+        let arms = chain.tether.points.map(|point| DVec2::from(point).length());
+        chain.tether.max + arms[0] + arms[1]
+    };
+    let Some(longest) = chains.map(reach).reduce(f64::max) else {
         return Ok(None);
     };
     let sizes = species.iter().flat_map(|gas| {
@@ -167,76 +171,99 @@ impl Room {
             placed: start,
             requested: gas.count,
         };
-        for _ in 0..TRIALS_OF_CHAIN {
-            let mut motions = Vec::with_capacity(chain.members);
-            let region = gas.spec.region.unwrap_or_default();
-            let begin = |random: &mut Pcg64| Motion {
-                orientation: Orientation::from_turns(random.random()),
-                ..Motion::at_rest(region.draw(self.world.bounds(), random))
-            };
-            if chain.ring {
-                let at = begin(random);
-                let spacing = gas
-                    .spacing_of_ring(chain, start, &self.world)
-                    .ok_or_else(full)?;
-                let radius = 0.5 * spacing / (PI / chain.members as f64).sin();
-                for member in 0..chain.members {
-                    let turns = at.orientation.turns() + member as f64 / chain.members as f64;
-                    let outwards = Orientation::from_turns(turns.fract()).cos_sin();
-                    let motion = Motion {
-                        position: at.position + radius * outwards,
-                        ..at
-                    };
-                    if !self.take(gas, start + member, motion) {
-                        break;
-                    }
-                    motions.push(motion);
-                }
-            } else {
-                let first = std::iter::repeat_with(|| begin(random))
+        if chain.ring {
+            return self.place_ring(gas, chain, start, random).ok_or_else(full);
+        }
+        let mut motions: Vec<Motion> = Vec::with_capacity(chain.members);
+        let mut dead_ends = 0;
+        while motions.len() < chain.members {
+            let member = motions.len();
+            let index = start + member;
+            let found = if member == 0 {
+                std::iter::repeat_with(|| self.anywhere(gas, random))
                     .take(TRIALS)
-                    .find(|motion| self.is_free(gas, start, motion));
-                let first = first.ok_or_else(full)?;
-                self.take(gas, start, first);
-                motions.push(first);
-                for member in 1..chain.members {
-                    let before = motions[chain.before(member)];
-                    let bodies = [start + chain.before(member), start + member];
-                    let is_free = |motion: &Motion| {
-                        self.is_free(gas, start + member, motion)
+                    .find(|motion| self.is_free(gas, index, motion))
+            } else {
+                let before = motions[chain.before(member)];
+                let bodies = [start + chain.before(member), index];
+                (0..TRIALS_OF_MEMBER)
+                    .map(|_| self.next(gas, chain, (&before, bodies), random))
+                    .find(|motion| {
+                        self.is_free(gas, index, motion)
                             && !self.bonds.cross([before.position, motion.position])
-                    };
-                    let motion = (0..TRIALS_OF_MEMBER)
-                        .map(|_| self.next(gas, chain, (&before, bodies), random))
-                        .find(is_free);
-                    let Some(motion) = motion else { break };
-                    self.take(gas, start + member, motion);
+                    })
+            };
+            if let Some(motion) = found {
+                self.take(gas, index, motion);
+                if member > 0 {
+                    let before = motions[chain.before(member)];
                     self.bonds.add([before.position, motion.position]);
-                    motions.push(motion);
                 }
+                motions.push(motion);
+                continue;
             }
-            let is_whole = motions.len() == chain.members;
-            if chain.ring && is_whole {
-                let ends = motions.iter().zip(motions.iter().cycle().skip(1));
-                let sides = ends
-                    .map(|(a, b)| [a.position, b.position])
-                    .collect::<Vec<_>>();
-                if !sides.iter().any(|side| self.bonds.cross(*side)) {
-                    sides.into_iter().for_each(|side| self.bonds.add(side));
-                    return Ok(motions);
-                }
-            } else if is_whole {
-                return Ok(motions);
+            dead_ends += 1;
+            if member == 0 || dead_ends > DEAD_ENDS {
+                return Err(full());
             }
-            for member in (0..motions.len()).rev() {
+            // Further back each time, since the way out may have been missed long before.
+            let back = 1 << (dead_ends % 12);
+            for _ in 0..member.min(back) {
+                motions.pop();
                 self.give_back();
-                if !chain.ring && member > 0 {
-                    self.bonds
-                        .remove_last(motions[chain.before(member)].position);
+                if !motions.is_empty() {
+                    let before = motions[chain.before(motions.len())];
+                    self.bonds.remove_last(before.position);
                 }
             }
         }
-        Err(full())
+        Ok(motions)
+    }
+
+    /// Places the ring of a gas whose first member has the index `start`, as a regular polygon.
+    fn place_ring(
+        &mut self,
+        gas: &Species,
+        chain: &ChainSpec,
+        start: usize,
+        random: &mut Pcg64,
+    ) -> Option<Vec<Motion>> {
+        let spacing = gas.spacing_of_ring(chain, start, &self.world)?;
+        let radius = 0.5 * spacing / (PI / chain.members as f64).sin();
+        for _ in 0..TRIALS {
+            let at = self.anywhere(gas, random);
+            let member = |number: usize| {
+                let turns = at.orientation.turns() + number as f64 / chain.members as f64;
+                let outwards = Orientation::from_turns(turns.fract()).cos_sin();
+                Motion {
+                    position: at.position + radius * outwards,
+                    ..at
+                }
+            };
+            let motions: Vec<Motion> = (0..chain.members).map(member).collect();
+            let ends = motions.iter().zip(motions.iter().cycle().skip(1));
+            let sides: Vec<_> = ends.map(|(a, b)| [a.position, b.position]).collect();
+            let mut numbered = (start..).zip(&motions);
+            if numbered.all(|(index, motion)| self.is_free(gas, index, motion))
+                && !sides.iter().any(|side| self.bonds.cross(*side))
+            {
+                for (index, motion) in (start..).zip(&motions) {
+                    self.take(gas, index, *motion);
+                }
+                sides.into_iter().for_each(|side| self.bonds.add(side));
+                return Some(motions);
+            }
+        }
+        None
+    }
+
+    /// A molecule at rest, at random in the region of its gas.
+    fn anywhere(&self, gas: &Species, random: &mut Pcg64) -> Motion {
+        let region = gas.spec.region.unwrap_or_default();
+        Motion {
+            orientation: Orientation::from_turns(random.random()),
+            ..Motion::at_rest(region.draw(self.world.bounds(), random))
+        }
     }
 
     /// A place at random for a member that is tied to the one before.
@@ -276,16 +303,12 @@ impl Room {
                 .is_none_or(|(_, gap)| gap > 0.0)
     }
 
-    /// Adds a molecule, if its place is free.
-    fn take(&mut self, gas: &Species, index: usize, motion: Motion) -> bool {
-        let is_free = self.is_free(gas, index, &motion);
-        if is_free {
-            let molecule = Arc::clone(gas.molecule(index));
-            let tags = gas.pair_tags.clone();
-            insert(&mut self.world, molecule, gas.inertia(index), tags, motion);
-            self.sites.add(&self.world, self.world.bodies.len() - 1);
-        }
-        is_free
+    /// Adds a molecule.
+    fn take(&mut self, gas: &Species, index: usize, motion: Motion) {
+        let molecule = Arc::clone(gas.molecule(index));
+        let tags = gas.pair_tags.clone();
+        insert(&mut self.world, molecule, gas.inertia(index), tags, motion);
+        self.sites.add(&self.world, self.world.bodies.len() - 1);
     }
 
     /// Removes the molecule added last.

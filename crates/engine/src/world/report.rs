@@ -68,7 +68,8 @@ pub struct CollisionReport<'a> {
     pub sides: [Side<'a>; 2],
     /// Point of contact, in the frame of the first body's image (length).
     pub point: DVec2,
-    /// Unit vector from the first body to the second at the point of contact.
+    /// Unit vector from the first body to the second at the point of contact; of a bond at its
+    /// longest, from the tied point of the second to that of the first.
     pub normal: DVec2,
     /// Impulse on the second body (mass × length / time); the first receives its opposite. Where
     /// the bodies touch at several points, the resultant.
@@ -83,6 +84,9 @@ pub struct CollisionReport<'a> {
     /// Number of points at which the two bodies touch: 1, but for bodies that meet flat or in a
     /// notch.
     pub points: u32,
+    /// The bond that reaches a bound, by its index in [`World::bonds`](crate::World::bonds); `None`
+    /// where surfaces touch.
+    pub bond: Option<u32>,
     /// Work of a wall that moves on the other body (mass × length² / time²); 0 without one.
     pub work: f64,
     /// The drag γ of all bodies (1/time): between contacts their velocities fall as exp(−γ t).

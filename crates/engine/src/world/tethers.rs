@@ -1,6 +1,6 @@
 //! Tethers between bodies: which two bodies each of them ties, and the next event of one.
 
-use carom_detection::{Tether, TetherOutcome};
+use carom_detection::{Tether, TetherError, TetherOutcome};
 use carom_kinematics::Motion;
 use carom_response::Elasticity;
 use glam::DVec2;
@@ -116,9 +116,12 @@ impl Tethers {
         Self::new(bonds.collect())
     }
 
-    /// The same bonds with lengths times a factor for each, above 0, and no shortest length unless
-    /// it is 1.
-    pub fn scaled(&self, factor: impl Fn([u32; 2]) -> f64) -> Self {
+    /// The bonds while gases grow: elastic, with lengths times a factor for each, above 0, and no
+    /// shortest length unless it is 1.
+    ///
+    /// # Errors
+    /// A length is out of range.
+    pub fn grown(&self, factor: impl Fn([u32; 2]) -> f64) -> Result<Self, TetherError> {
         let bonds = self.bonds.iter().map(|bond| {
             let ([shortest, longest], factor) = (bond.tether.bounds(), factor(bond.bodies));
             let bounds = if factor == 1.0 {
@@ -126,12 +129,13 @@ impl Tethers {
             } else {
                 [0.0, factor * longest]
             };
-            Bond {
-                tether: Tether::new(bond.tether.points(), bounds).unwrap_or(bond.tether),
+            Ok(Bond {
+                tether: Tether::new(bond.tether.points(), bounds)?,
+                elasticity: Elasticity::ELASTIC,
                 ..*bond
-            }
+            })
         });
-        Self::new(bonds.collect())
+        Ok(Self::new(bonds.collect::<Result<_, _>>()?))
     }
 
     pub fn heap_bytes(&self) -> usize {
@@ -189,6 +193,18 @@ impl World {
     #[inline]
     pub fn bonds_of(&self, body: u32) -> &[BondEnd] {
         self.tethers.ends_at(body)
+    }
+
+    /// Whether a bond ties a disc that moves at another point than its centre, so that its
+    /// orientation matters.
+    pub(crate) fn ties_discs_beside_their_centres(&self) -> bool {
+        self.bonds().iter().any(|bond| {
+            let ends = bond.bodies.into_iter().zip(bond.tether.points());
+            ends.into_iter().any(|(body, point)| {
+                let body = &self.bodies[body as usize];
+                point != DVec2::ZERO && body.is_free() && body.molecule().is_disc()
+            })
+        })
     }
 
     /// Whether any two bodies are tethered.

@@ -7,7 +7,7 @@ use super::frames::{AtomLine, TrajectoryFrame};
 /// Writes a frame in the atom style `bond`, with its velocities.
 ///
 /// The type of an atom is the kind of its molecule, from 1, with the mass of the first atom of that
-/// type. Every digit is kept. The image numbers are the boxes that the molecule has crossed.
+/// type. Molecules of LAMMPS are the chains. Every digit is kept. The image numbers are the boxes that the molecule has crossed.
 pub(super) fn write(frame: &TrajectoryFrame, out: &mut impl Write) -> io::Result<()> {
     let (atoms, bonds) = (&frame.atoms, &frame.bonds);
     let types = atoms.iter().map(|atom| atom.kind + 1).max().unwrap_or(1);
@@ -29,12 +29,15 @@ pub(super) fn write(frame: &TrajectoryFrame, out: &mut impl Write) -> io::Result
     for kind in 0..types {
         let of_kind = |atom: &&AtomLine| atom.kind == kind;
         let mass = atoms.iter().find(of_kind).map_or(1.0, |atom| atom.mass);
+        // A mass must be positive.
+        let mass = if mass > 0.0 { mass } else { 1.0 };
         writeln!(out, "{} {mass:?}", kind + 1)?;
     }
+    let chains = chains(frame);
     writeln!(out, "\nAtoms # bond\n")?;
-    for (number, atom) in (1..).zip(atoms) {
+    for (number, atom) in (1_u32..).zip(atoms) {
         let ([x, y], [ix, iy]) = (atom.position, atom.image);
-        let (molecule, kind) = (atom.molecule, atom.kind + 1);
+        let (molecule, kind) = (chains[number as usize - 1] + 1, atom.kind + 1);
         writeln!(
             out,
             "{number} {molecule} {kind} {x:?} {y:?} 0.0 {ix} {iy} 0"
@@ -52,4 +55,42 @@ pub(super) fn write(frame: &TrajectoryFrame, out: &mut impl Write) -> io::Result
         writeln!(out, "{number} 1 {} {}", a + 1, b + 1)?;
     }
     Ok(())
+}
+
+/// The number of the chain of each atom, from 0: the atoms of one molecule, and all that bonds
+/// connect, have one number.
+fn chains(frame: &TrajectoryFrame) -> Vec<usize> {
+    let mut parents: Vec<usize> = (0..frame.atoms.len()).collect();
+    fn root(parents: &mut [usize], mut atom: usize) -> usize {
+        while parents[atom] != atom {
+            parents[atom] = parents[parents[atom]];
+            atom = parents[atom];
+        }
+        atom
+    }
+    let same = |pair: &&[AtomLine]| pair[0].molecule == pair[1].molecule;
+    let neighbours = frame.atoms.windows(2).enumerate();
+    let of_molecules = neighbours
+        .filter(|(_, pair)| same(pair))
+        .map(|(atom, _)| [atom, atom + 1]);
+    let of_bonds = frame
+        .bonds
+        .iter()
+        .map(|bond| bond.map(|atom| atom as usize));
+    for [a, b] in of_molecules.chain(of_bonds) {
+        let (a, b) = (root(&mut parents, a), root(&mut parents, b));
+        parents[a.max(b)] = a.min(b);
+    }
+    let mut numbers = vec![0; parents.len()];
+    let mut count = 0;
+    for atom in 0..parents.len() {
+        let first = root(&mut parents, atom);
+        if first == atom {
+            numbers[atom] = count;
+            count += 1;
+        } else {
+            numbers[atom] = numbers[first];
+        }
+    }
+    numbers
 }

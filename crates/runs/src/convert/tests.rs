@@ -337,7 +337,7 @@ fn bonds_are_kept_as_pairs_of_particles() {
         "{data}"
     );
     assert!(data.ends_with("\nBonds\n\n1 1 1 3\n"), "{data}");
-    assert!(data.contains("\n3 9 2 0.5 -0.125 0.0 0 0 0\n"), "{data}");
+    assert!(data.contains("\n3 1 2 0.5 -0.125 0.0 0 0 0\n"), "{data}");
     let beyond = two_frames().replacen(" Time=0.0", " Bonds=\"1 3\" Time=0.0", 1);
     let error = converted(&beyond, "out.gsd").unwrap_err();
     assert!(format!("{error:#}").contains("no atom 3"), "{error:#}");

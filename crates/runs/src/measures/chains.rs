@@ -28,6 +28,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
         "length of a bond",
         "squared length of a bond",
         "squared end-to-end distance",
+        "squared end-to-end distance by that of independent bonds",
         "squared radius of gyration",
         "asphericity of chains",
     ],

@@ -530,6 +530,14 @@ fn tie_at_scale(
     (first, scales): (usize, &[f64]),
 ) -> Result<(), SceneError> {
     tie(world, scene, species, first)?;
+    let of_gas = |pair: &[u64; 2]| pair.iter().any(|&number| number >= first as u64);
+    let mut listed = scene.bond.iter().enumerate();
+    if let Some((index, _)) = listed.find(|(_, spec)| spec.pairs.iter().any(of_gas)) {
+        return Err(SceneError::of_entry(
+            &format!("bond[{index}]"),
+            "molecules of gases that grow or relax have no places yet: tie them by `chain`",
+        ));
+    }
     if world.is_tethered() {
         let radii: Vec<[f64; 2]> = (world.bodies.iter().enumerate())
             .map(|(index, body)| {
@@ -542,7 +550,9 @@ fn tie_at_scale(
             let [a, b] = bodies.map(|body| radii[body as usize]);
             (a[0] + b[0]) / (a[1] + b[1])
         };
-        world.tethers = world.tethers.scaled(factor);
+        let grown = world.tethers.grown(factor);
+        world.tethers =
+            grown.map_err(|reason| SceneError::of_entry("start", reason.to_string()))?;
     }
     Ok(())
 }
