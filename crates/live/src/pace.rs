@@ -1,9 +1,9 @@
 //! How far the run goes before the engine looks at commands and sends frames again.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use carom::View;
-use carom_runs::schedule::pieces::first_length;
+use carom_runs::{clock::Instant, schedule::pieces::first_length};
 
 /// Time between two frames.
 pub const FRAME: Duration = Duration::from_micros(16_600);
