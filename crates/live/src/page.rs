@@ -12,16 +12,31 @@ pub enum PageEngine {
 /// The page of the server.
 const PAGE: &str = include_str!("page.html");
 
-/// The attribute of the page that names its engine, with both values.
-const OF_SERVER: &str = r#"<html lang="en" data-engine="server">"#;
-const OF_WORKER: &str = r#"<html lang="en" data-engine="worker">"#;
+/// The beginning of the page, which names its engine.
+const OF_SERVER: &str =
+    "<html lang=\"en\" data-engine=\"server\">\n<head>\n<meta charset=\"utf-8\">\n";
+
+/// What a page that stands alone may load and do: the server sends such a policy in a header.
+/// Nothing is loaded from elsewhere or sent.
+const POLICY: &str = "default-src 'none'; \
+                      script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval' blob:; \
+                      worker-src 'self' blob:; style-src 'unsafe-inline'; connect-src 'self'; \
+                      img-src 'self' data:; base-uri 'none'; form-action 'none'";
 
 /// The text of the page, HTML.
 pub fn page(engine: PageEngine) -> String {
     match engine {
         PageEngine::Server => PAGE.to_owned(),
-        PageEngine::Worker => PAGE.replacen(OF_SERVER, OF_WORKER, 1),
+        PageEngine::Worker => PAGE.replacen(OF_SERVER, &beginning_of_worker(), 1),
     }
+}
+
+/// The beginning of a page that stands alone.
+fn beginning_of_worker() -> String {
+    format!(
+        "{}<meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n",
+        OF_SERVER.replacen("server", "worker", 1)
+    )
 }
 
 #[cfg(test)]
@@ -29,9 +44,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_pages_differ_in_the_engine_alone() {
+    fn the_pages_differ_in_their_beginning_alone() {
         let [server, worker] = [PageEngine::Server, PageEngine::Worker].map(page);
-        assert!(worker.contains(OF_WORKER));
-        assert_eq!(worker.replacen("worker", "server", 1), server);
+        let own = beginning_of_worker();
+        assert!(server.contains(OF_SERVER) && worker.contains(&own));
+        assert_eq!(worker.replacen(&own, OF_SERVER, 1), server);
     }
 }

@@ -49,15 +49,9 @@ pub struct WebOptions {
 /// # Errors
 /// The build fails, or a file cannot be written.
 pub fn run(options: &WebOptions) -> Result<Verdict> {
-    let root = repository::root()?;
-    let module = match build::module(root)? {
-        Module::Built(path) => path,
-        Module::Missing(what) => {
-            skip(&format!("the page without a server: {what}"))?;
-            return Ok(Verdict::Passed);
-        }
+    let Some(module) = pages(&options.out)? else {
+        return Ok(Verdict::Passed);
     };
-    write_pages(&options.out, &module)?;
     let size = build::compressed_size(&module)?;
     let raw = fs::metadata(&module).context("the module")?.len();
     print_line(&match size {
@@ -87,6 +81,24 @@ pub fn run(options: &WebOptions) -> Result<Verdict> {
         return comparison::bits(&module);
     }
     Ok(Verdict::Passed)
+}
+
+/// Builds the module, writes the pages into a folder, and returns the path of the module; prints
+/// what is missing and returns `None` if the compiler lacks the target.
+///
+/// # Errors
+/// The build fails, or a file cannot be written.
+pub fn pages(out: &Path) -> Result<Option<PathBuf>> {
+    match build::module(repository::root()?)? {
+        Module::Built(module) => {
+            write_pages(out, &module)?;
+            Ok(Some(module))
+        }
+        Module::Missing(what) => {
+            skip(&format!("the page without a server: {what}"))?;
+            Ok(None)
+        }
+    }
 }
 
 /// Writes the page, its worker, the module, all of them as a script for pages that are opened from
