@@ -10,7 +10,12 @@ pub const FRAME: Duration = Duration::from_micros(16_600);
 
 /// Largest share of the time of a run at full speed that the frames of all pages together may take,
 /// with the ends of the pieces of the run. More: a slower run. Less: fewer frames of large systems.
-const SHARE_OF_FRAMES: f64 = 0.045;
+/// In WebAssembly a frame takes three times as long, and a page alone is there to be watched.
+const SHARE_OF_FRAMES: f64 = if cfg!(target_arch = "wasm32") {
+    0.15
+} else {
+    0.045
+};
 
 /// That share if several pages watch, whose frames leave less of the caches to the engine.
 const SHARE_OF_SEVERAL: f64 = 0.03;
