@@ -40,8 +40,8 @@ area_fraction = 0.7
 until = 1.0
 "#;
 
-/// Discs between walls of two temperatures.
-const THERMAL_WALLS: &str = r#"
+/// Discs between a heated wall and one that reflects.
+const THERMAL_WALLS: &str = "
 [[wall]]
 x = 0.0
 temperature = 2.0
@@ -54,7 +54,7 @@ energy = 1.0
 count = 200
 [run]
 until = 2.0
-"#;
+";
 
 /// All scenes with their names: that of [`THREE_WAYS`] first, those of the gallery, and gases of
 /// each shape.
