@@ -24,6 +24,10 @@ use results::{CardResults, Making, write};
 
 /// Options of `cargo xtask site`.
 #[derive(Debug, Clone, Args)]
+#[allow(
+    clippy::struct_excessive_bools,
+    reason = "each is an option of the command"
+)]
 pub struct SiteOptions {
     /// Folder of the site; finished results in it are kept
     #[arg(long, value_name = "FOLDER", default_value = "target/site")]

@@ -67,14 +67,11 @@ fn has_core(folder: &Path) -> bool {
 /// The compiler cannot be started, or refuses the sources.
 pub fn module(root: &Path) -> Result<Module> {
     let sysroot = Shell { root }.output("rustc", &["--print", "sysroot"])?;
-    let library = match StandardLibrary::find(Path::new(sysroot.trim())) {
-        Some(library) => library,
-        None => {
-            return Ok(Module::Missing(format!(
-                "the compiler lacks the target {TARGET}; `rustup target add {TARGET}` installs it, \
+    let Some(library) = StandardLibrary::find(Path::new(sysroot.trim())) else {
+        return Ok(Module::Missing(format!(
+            "the compiler lacks the target {TARGET}; `rustup target add {TARGET}` installs it, \
                  and on Debian 12 the packages rustc-web, cargo-web, rust-web-src and lld-22 do"
-            )));
-        }
+        )));
     };
     print_line(match library {
         StandardLibrary::Installed => "web: with the installed standard library of the target",
