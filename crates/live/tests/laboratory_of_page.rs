@@ -111,7 +111,7 @@ fn a_faulty_scene_is_refused_with_its_line_and_the_open_one_stays() {
         ("[[gas]]\nradius = 0.1\nlevity = 1.0\n", "levity"),
         (
             "[[gas]]\nradius = 1e-6\nmass = 1.0\nenergy = 1.0\ncount = 4000000000\n",
-            "count",
+            "2^27",
         ),
     ] {
         let open = json!({ "scene": { "name": "faulty", "text": text } });
