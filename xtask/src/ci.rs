@@ -56,7 +56,7 @@ pub fn run() -> Result<Verdict> {
     // What the repository alone needs is never published.
     lines.push(
         "cargo package --quiet --workspace --allow-dirty --no-verify \
-         --exclude xtask --exclude carom-faults --exclude carom-testkit"
+         --exclude xtask --exclude carom-faults --exclude carom-testkit --exclude carom-web"
             .to_owned(),
     );
     lines.push(
@@ -64,6 +64,8 @@ pub fn run() -> Result<Verdict> {
          else echo 'skipped: the book: no mdbook' >> \"$CAROM_SKIPPED\"; fi"
             .to_owned(),
     );
+    // Skipped, and counted, without the target or without node.
+    lines.push("cargo xtask web --check".to_owned());
     let [brownian, fuzz] = ["brownian", "fuzz"].map(|name| folder.join(name).display().to_string());
     lines.push(format!(
         "{xtask} experiment brownian --quick --force --out '{brownian}'"

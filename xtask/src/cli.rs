@@ -8,7 +8,7 @@ use clap::{Parser, Subcommand};
 use crate::{
     attack, bench, ci,
     experiments::{all, capability_cost, encounters, extremes, studies, thesis_tests},
-    fuzz, release, site, surface, tidy,
+    fuzz, release, site, surface, tidy, web,
 };
 
 /// Commands for experiments and checks with carom. Exit codes: 0 success, 1 a check failed, 2
@@ -67,6 +67,9 @@ pub enum XtaskCommand {
     /// Write the site: a gallery of studies with their results, how they were validated, the book
     /// and the Rust reference
     Site(site::SiteOptions),
+    /// Write the laboratory of `carom live` as pages without a server, with the engine in
+    /// WebAssembly
+    Web(web::WebOptions),
     /// Write all that a release would upload into one folder, with checksums and the commands that
     /// publish it; nothing is uploaded
     Release(release::ReleaseOptions),
@@ -210,6 +213,7 @@ impl Program for Cli {
             XtaskCommand::Tidy => tidy::run(parse),
             XtaskCommand::Surface(options) => surface::run(options),
             XtaskCommand::Site(options) => site::run(options),
+            XtaskCommand::Web(options) => web::run(options),
             XtaskCommand::Release(options) => release::run(options),
             XtaskCommand::Ci => ci::run(),
         }

@@ -11,3 +11,4 @@ pub mod repository;
 pub mod site;
 pub mod surface;
 pub mod tidy;
+pub mod web;

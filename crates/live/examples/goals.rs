@@ -20,8 +20,8 @@ use std::{
 use anyhow::{Context, Result, bail};
 use carom::Scene;
 use carom_live::Server;
+use carom_runs::clock::ThreadTime;
 use carom_runs::{interruption::Signals, run::interactive::InteractiveRun};
-use cpu_time::ThreadTime;
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket, client::IntoClientRequest as _};
 

@@ -16,8 +16,9 @@ pub struct Exhibit {
     pub about: &'static str,
     /// A measure that shows it, by name.
     pub measure: &'static str,
+    /// The name of its file.
     #[serde(skip)]
-    example: &'static str,
+    pub example: &'static str,
 }
 
 /// All scenes.
@@ -96,15 +97,17 @@ pub const EXHIBITS: [Exhibit; 12] = [
     },
 ];
 
-/// The scene of this name.
+/// The scene of this name, with the text of its file.
 ///
 /// # Errors
 /// There is none.
-pub fn scene(name: &str) -> Result<Scene> {
+pub fn scene(name: &str) -> Result<(&'static str, Scene)> {
     let exhibit = EXHIBITS.iter().find(|exhibit| exhibit.name == name);
     let exhibit = exhibit.with_context(|| format!("the gallery has no scene {name:?}"))?;
-    Scene::from_toml(Example::named(exhibit.example)?.text)
-        .with_context(|| format!("the scene {name:?} of the gallery"))
+    let text = Example::named(exhibit.example)?.text;
+    let scene =
+        Scene::from_toml(text).with_context(|| format!("the scene {name:?} of the gallery"))?;
+    Ok((text, scene))
 }
 
 /// The longer side of a small picture (pixels).
@@ -123,7 +126,7 @@ pub fn thumbnail(name: &str) -> Result<Option<&'static str>> {
     if let Some(picture) = DRAWN[index].get() {
         return Ok(Some(picture));
     }
-    let run = InteractiveRun::new(&scene(name)?)?;
+    let run = InteractiveRun::new(&scene(name)?.1)?;
     Ok(Some(
         DRAWN[index].get_or_init(|| picture_of(&run.view(), THUMBNAIL)),
     ))
@@ -138,7 +141,7 @@ mod tests {
     #[test]
     fn every_scene_runs_and_has_its_measure_and_a_small_picture() {
         for exhibit in EXHIBITS {
-            let scene = scene(exhibit.name).unwrap();
+            let (_, scene) = scene(exhibit.name).unwrap();
             let mut run = InteractiveRun::new(&scene).unwrap();
             let (kind, of) = exhibit
                 .measure

@@ -1,14 +1,7 @@
-//! The thread that owns the simulation: it runs it in pieces, makes what commands request between
-//! them, and sends frames, the state of the run, and measures.
+//! The owner of the simulation: it runs it in pieces, makes what commands request between them, and
+//! sends frames, the state of the run, and measures.
 
-use std::{
-    panic::{AssertUnwindSafe, catch_unwind},
-    sync::{
-        Arc,
-        mpsc::{Receiver, RecvTimeoutError},
-    },
-    time::{Duration, Instant},
-};
+use std::{sync::Arc, time::Duration};
 
 use anyhow::{Context, Result, anyhow, ensure};
 use carom::{
@@ -17,13 +10,15 @@ use carom::{
 };
 use carom_methods::Method;
 use carom_runs::{
+    clock::{Instant, ThreadTime},
     interruption::Signals,
     measures::{SingleMeasure, Tracked},
-    run::interactive::{CallLimit, InteractiveRun, Saved},
+    run::interactive::{CallLimit, InteractiveRun},
 };
-use cpu_time::ThreadTime;
 use serde_json::{Value, json};
 
+#[cfg(feature = "server")]
+use crate::run_store::RunState;
 use crate::{
     body_list::BodyList,
     follower::Follower,
@@ -33,15 +28,15 @@ use crate::{
     pace::{FRAME, Pace},
     protocol::{
         LiveAnswer, LiveCommand, LiveEdit, LiveRequest, MAX_CONTACTS, MAX_EDITS, MeasureRequest,
-        VisibleWindow,
+        SceneText, VisibleWindow,
     },
     report::{self, MeasuredNow, StateWatch},
     rules,
-    saved_runs::{RunState, SavedRuns},
+    run_store::RunStore,
     viewers::{Viewer, Viewers, json as text_of},
 };
 
-/// Longest time without a look at signals.
+/// Longest pause without a look at signals.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// Longest time in which samples are taken without a look at commands.
@@ -62,9 +57,6 @@ const MAX_SAMPLES: u64 = 200_000;
 /// time of an edit. Longer: pages stand still. Shorter: fewer steps at one time.
 const MAX_CALL: Duration = Duration::from_secs(2);
 
-/// Commands that are executed one after another without a frame.
-const MAX_COMMANDS: usize = 32;
-
 /// A request, and the page that it came from.
 #[derive(Debug)]
 pub struct Message {
@@ -72,13 +64,6 @@ pub struct Message {
     pub viewer: u64,
     /// What it requests.
     pub request: LiveRequest,
-}
-
-/// How the laboratory has ended.
-#[derive(Debug, Default)]
-pub struct LaboratoryEnd {
-    /// The run as it was then; `None` if no scene was open.
-    pub saved: Option<Saved>,
 }
 
 /// What observes the run.
@@ -174,6 +159,8 @@ impl Observer for Watching {
 /// An open scene.
 struct Bench {
     name: String,
+    /// The scene file.
+    text: String,
     run: InteractiveRun,
     bookmark: Option<InteractiveRun>,
     watching: Watching,
@@ -201,6 +188,7 @@ impl Bench {
         let stage = run.stage();
         Ok(Self {
             name,
+            text: scene.to_toml(),
             run,
             bookmark: None,
             watching: Watching::default(),
@@ -218,6 +206,7 @@ impl Bench {
     }
 
     /// What distinguishes this state of the run from others.
+    #[cfg(feature = "server")]
     fn state(&self) -> RunState {
         let view = self.run.view();
         (
@@ -406,10 +395,11 @@ struct Sent {
 }
 
 /// The laboratory: at most one open scene, and what the pages have received.
-pub struct Laboratory {
+pub struct Laboratory<S> {
     viewers: Arc<Viewers>,
     signals: Signals,
-    saved_runs: SavedRuns,
+    /// Where runs are saved.
+    pub store: S,
     bench: Option<Bench>,
     /// Version of the last list of bodies of any scene.
     version: u32,
@@ -420,14 +410,14 @@ pub struct Laboratory {
     next_measures: Instant,
 }
 
-impl Laboratory {
+impl<S: RunStore> Laboratory<S> {
     /// A laboratory for these pages.
-    pub fn new(viewers: Arc<Viewers>, saved_runs: SavedRuns, signals: Signals) -> Self {
+    pub fn new(viewers: Arc<Viewers>, store: S, signals: Signals) -> Self {
         let now = Instant::now();
         Self {
             viewers,
             signals,
-            saved_runs,
+            store,
             bench: None,
             version: 0,
             measures_so_far: 0,
@@ -448,93 +438,36 @@ impl Laboratory {
         Ok(())
     }
 
-    /// Opens the scene, if one is given, and runs until a signal is received or no page can come
-    /// any
-    /// more; then the run is saved, also after a panic.
-    ///
-    /// # Errors
-    /// The scene is invalid, the run cannot be saved, or there was a panic; then the error names
-    /// the
-    /// saved run.
-    pub fn run(
-        &mut self,
-        scene: Option<(String, Scene)>,
-        messages: &Receiver<Message>,
-    ) -> Result<LaboratoryEnd> {
-        self.guard(|laboratory| {
-            let opened = scene.map_or(Ok(()), |(name, scene)| laboratory.open(name, &scene));
-            if opened.is_ok() {
-                laboratory.serve(messages);
-            }
-            let run = laboratory.bench.as_ref().map(|bench| &bench.run);
-            let saved = laboratory.saved_runs.end(run)?;
-            // A scene whose bodies were being placed when a signal came is no invalid one.
-            if laboratory.signals.check().is_ok() {
-                opened.map(|()| LaboratoryEnd { saved })
-            } else {
-                Ok(LaboratoryEnd { saved })
-            }
-        })
-    }
-
-    /// Executes `serve`; if it panics, saves the run.
-    fn guard(
-        &mut self,
-        serve: impl FnOnce(&mut Self) -> Result<LaboratoryEnd>,
-    ) -> Result<LaboratoryEnd> {
-        let served = catch_unwind(AssertUnwindSafe(|| serve(self)));
-        served.unwrap_or_else(|_| {
-            let rescued = catch_unwind(AssertUnwindSafe(|| {
-                self.bench
-                    .as_ref()
-                    .map(|bench| self.saved_runs.rescue(&bench.run))
-            }));
-            Err(rescued.ok().flatten().unwrap_or_else(panicked))
-        })
-    }
-
-    /// Runs until a signal is received or no page can come any more.
-    fn serve(&mut self, messages: &Receiver<Message>) {
-        loop {
-            let runs = self.bench.as_ref().is_some_and(|bench| bench.is_playing);
-            let mut is_ahead = !runs;
-            if let Some(bench) = self.bench.as_mut().filter(|bench| bench.is_playing) {
-                is_ahead = bench.run_piece(self.next_frame);
-            }
-            let pause = if is_ahead {
-                self.pause()
-            } else {
-                Duration::ZERO
-            };
-            match messages.recv_timeout(pause) {
-                Ok(message) => {
-                    self.obey(message);
-                    for message in messages.try_iter().take(MAX_COMMANDS) {
-                        if self.signals.check().is_err() {
-                            break;
-                        }
-                        self.obey(message);
-                    }
-                }
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => break,
-            }
-            // Stages of the scene begin in pieces and in steps.
-            if let Some(bench) = self
-                .bench
-                .as_mut()
-                .filter(|bench| bench.run.stage() != bench.stage)
-            {
-                bench.has_changed();
-            }
-            self.publish();
-            if let Some(bench) = &self.bench {
-                self.saved_runs.save_if_due(&bench.run, bench.state());
-            }
-            if self.signals.check().is_err() {
-                break;
-            }
+    /// Runs one piece of the open scene; returns the time until there is something to do besides
+    /// commands.
+    pub fn run_piece(&mut self) -> Duration {
+        let is_ahead = match &mut self.bench {
+            Some(bench) if bench.is_playing => bench.run_piece(self.next_frame),
+            _ => true,
+        };
+        if is_ahead {
+            self.pause()
+        } else {
+            Duration::ZERO
         }
+    }
+
+    /// Sends what is due to all pages, after a piece and the commands that came meanwhile.
+    pub fn report(&mut self) {
+        // Stages of the scene begin in pieces and in steps.
+        if let Some(bench) = &mut self.bench
+            && bench.run.stage() != bench.stage
+        {
+            bench.has_changed();
+        }
+        self.publish();
+    }
+
+    /// The run, if a scene is open, with what distinguishes its state, and where it is saved.
+    #[cfg(feature = "server")]
+    pub fn run_and_store(&mut self) -> (Option<(&InteractiveRun, RunState)>, &mut S) {
+        let run = self.bench.as_ref().map(|bench| (&bench.run, bench.state()));
+        (run, &mut self.store)
     }
 
     /// Time until there is something to do besides commands.
@@ -544,7 +477,8 @@ impl Laboratory {
             .clamp(Duration::from_micros(500), LOOK)
     }
 
-    fn obey(&mut self, Message { viewer, request }: Message) {
+    /// Executes a request and answers it.
+    pub fn obey(&mut self, Message { viewer, request }: Message) {
         // A reader chooses a body; what all pages show remains.
         let is_writer = self.viewers.is_writer(viewer);
         let is_choice = matches!(request.command, LiveCommand::Choose(_));
@@ -580,12 +514,12 @@ impl Laboratory {
             // The server answers these.
             LiveCommand::View(_) | LiveCommand::Seen(_) => Ok(Value::Null),
             LiveCommand::Open(name) => {
-                let scene = gallery::scene(&name)?;
-                self.open(name, &scene)?;
-                let bench = self.bench()?;
-                bench.is_playing = true;
-                bench.pace.start(0.0);
-                Ok(Value::Null)
+                let (text, scene) = gallery::scene(&name)?;
+                self.begin(name, &scene, text.to_owned())
+            }
+            LiveCommand::Scene(SceneText { name, text }) => {
+                let scene = Scene::from_toml(&text)?;
+                self.begin(name, &scene, text)
             }
             LiveCommand::Play(play) => {
                 let bench = self.bench()?;
@@ -596,6 +530,10 @@ impl Laboratory {
                 Ok(Value::Null)
             }
             LiveCommand::Speed(speed) => self.set_speed(speed),
+            LiveCommand::Source(_) => {
+                let bench = self.bench()?;
+                Ok(json!({ "name": bench.name, "text": bench.text }))
+            }
             LiveCommand::Step(contacts) => {
                 let signals = self.signals.clone();
                 self.bench()?.pass_contacts(contacts, &signals)
@@ -612,14 +550,19 @@ impl Laboratory {
             LiveCommand::EndMeasure(id) => self.end_measure(id),
             LiveCommand::Save(_) => {
                 let bench = self.bench.as_ref().context("no scene is open")?;
-                let Saved {
-                    time,
-                    command,
-                    left_out,
-                } = self.saved_runs.save(&bench.run)?;
-                Ok(json!({ "time": time, "command": command, "left_out": left_out }))
+                self.store.save(&bench.run)
             }
         }
+    }
+
+    /// Opens the scene of a text and runs it.
+    fn begin(&mut self, name: String, scene: &Scene, text: String) -> Result<Value> {
+        self.open(name, scene)?;
+        let bench = self.bench()?;
+        bench.text = text;
+        bench.is_playing = true;
+        bench.pace.start(0.0);
+        Ok(Value::Null)
     }
 
     /// Sets the simulated time for each second; `None` for as fast as it runs.
@@ -756,7 +699,7 @@ impl Laboratory {
                 .map(|run| run.view().time().to_f64())
                 .into();
             status["error"] = bench.error.clone().into();
-            status["saved"] = self.saved_runs.status();
+            status["saved"] = self.store.status();
         }
         let mut message = json!({ "status": status });
         for viewer in self.viewers.all() {
@@ -865,18 +808,13 @@ fn about(view: &View<'_>, key: BodyKey) -> Value {
     })
 }
 
-/// The error of a thread that has panicked.
-pub fn panicked() -> anyhow::Error {
-    anyhow!("the engine has ended by an internal error")
-}
-
-#[cfg(test)]
+#[cfg(all(test, feature = "server"))]
 mod tests {
     use super::*;
-    use crate::protocol::BodyColour;
+    use crate::{protocol::BodyColour, saved_runs::SavedRuns};
 
     /// A laboratory with its folder.
-    fn laboratory() -> (tempfile::TempDir, Laboratory) {
+    fn laboratory() -> (tempfile::TempDir, Laboratory<SavedRuns>) {
         let root = tempfile::tempdir().unwrap();
         let saved_runs =
             SavedRuns::open(&root.path().join("saved"), Duration::from_secs(30)).unwrap();
@@ -885,7 +823,7 @@ mod tests {
     }
 
     /// Interval of frames after some rounds with so many pages.
-    fn interval_with(pages: usize, run: &mut Laboratory) -> Duration {
+    fn interval_with(pages: usize, run: &mut Laboratory<SavedRuns>) -> Duration {
         let runtime = tokio::runtime::Builder::new_current_thread()
             .build()
             .unwrap();
@@ -925,21 +863,5 @@ mod tests {
         let one = interval_with(1, &mut laboratory);
         let eight = interval_with(8, &mut laboratory);
         assert!(one > FRAME && eight > 3 * one, "{one:?} {eight:?}");
-    }
-
-    #[test]
-    fn a_panic_of_the_engine_leaves_a_saved_run_that_the_error_names() {
-        let (root, mut laboratory) = laboratory();
-        let gas = "[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 20";
-        let ended = laboratory.guard(|laboratory| {
-            laboratory.open("gas".to_owned(), &Scene::from_toml(gas)?)?;
-            panic!("a fault of the engine");
-        });
-        let words = ended.unwrap_err().to_string();
-        assert!(
-            words.contains("internal error") && words.contains("--resume"),
-            "{words}"
-        );
-        assert!(root.path().join("saved/1/checkpoint").exists());
     }
 }

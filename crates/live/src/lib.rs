@@ -1,218 +1,51 @@
 //! `carom live`: a page in the browser on which a simulation runs, to watch, measure and edit it.
 //!
-//! One thread owns the simulation ([`laboratory`](self)); the server passes commands to it and
-//! frames back. Nothing that a browser does can make the engine wait: commands come through a
-//! bounded queue, and frames go through a slot of one, whose content is replaced.
+//! One [`laboratory`](self) owns the simulation. The page sends it commands and receives frames.
+//! Two engines drive it:
+//! - With the feature `server`, a thread of a program: a server passes the messages of the pages.
+//!   Commands come through a bounded queue, and frames go through a slot of one, whose content is
+//!   replaced, so that no browser can make the engine wait.
+//! - Without it, [`LaboratoryOfPage`]: a laboratory for one page, without threads, files and
+//!   sockets, for WebAssembly.
 
 mod body_list;
+#[cfg(feature = "server")]
+mod command;
+#[cfg(feature = "server")]
 mod connections;
+#[cfg(feature = "server")]
+mod engine_thread;
 mod follower;
 mod frame;
 mod gallery;
 mod heating;
 mod laboratory;
+mod laboratory_of_page;
 mod pace;
+mod page;
 mod protocol;
 mod report;
+mod requests;
+#[cfg(feature = "server")]
 mod reserve;
 mod rules;
+mod run_store;
+#[cfg(feature = "server")]
 mod saved_runs;
+#[cfg(feature = "server")]
 mod server;
 mod triangles;
 mod viewers;
+mod zip_file;
 
-pub use laboratory::LaboratoryEnd;
-pub use server::{SAVE_INTERVAL, Server};
-
-use std::{
-    env,
-    io::{Write as _, stderr},
-    net::{IpAddr, Ipv4Addr, SocketAddr},
-    path::{Path, PathBuf},
-    process::{Command, Stdio},
-    time::Duration,
+#[cfg(feature = "server")]
+pub use {
+    command::{LiveOptions, run},
+    engine_thread::LaboratoryEnd,
+    server::{SAVE_INTERVAL, Server},
 };
 
-use anyhow::{Context, Result, ensure};
-use carom::Scene;
-use carom_runs::{
-    command_line::quoted,
-    console::{is_json, note, print_line, put},
-    interruption::Signals,
-    overrides::Override,
-    progress::suspend,
-    run::SceneFile,
-};
-use carom_tables::Verdict;
-use clap::Args;
-
-/// Options of `carom live`.
-#[derive(Debug, Clone, Args)]
-pub struct LiveOptions {
-    /// The scene file; without one the page offers a gallery
-    #[arg(value_name = "SCENE.toml")]
-    pub path: Option<PathBuf>,
-    /// Seed of all random numbers, instead of the scene's box.seed
-    #[arg(long, requires = "path")]
-    pub seed: Option<u64>,
-    /// Change an entry, such as gas.0.count=100; may be repeated
-    #[arg(long = "set", value_name = "KEY.PATH=VALUE", requires = "path")]
-    pub set: Vec<Override>,
-    /// Folder of the saved runs, which are numbered; default: out/live-SCENE
-    #[arg(long)]
-    pub out: Option<PathBuf>,
-    /// Port; default: one that is free
-    #[arg(long, default_value_t = 0)]
-    pub port: u16,
-    /// Serve other machines too, on this address of this one: the printed address is all that is
-    /// needed to edit the run and to write files into the folder of the saved runs
-    #[arg(long, value_name = "ADDRESS")]
-    pub listen: Option<IpAddr>,
-    /// Seconds between two automatic saves: the most that is lost if the program is killed
-    #[arg(long, value_name = "SECONDS", default_value_t = SAVE_INTERVAL.as_secs_f64())]
-    pub save_every: f64,
-    /// Do not open a browser
-    #[arg(long)]
-    pub no_open: bool,
-}
-
-/// Serves the laboratory until SIGINT, SIGTERM or SIGHUP; then the run is saved.
-///
-/// # Errors
-/// The scene is invalid, the address cannot be used, or the run cannot be saved.
-pub fn run(options: &LiveOptions) -> Result<Verdict> {
-    let folder = folder(options);
-    let interval = Duration::try_from_secs_f64(options.save_every).with_context(|| {
-        format!(
-            "--save-every must be from 0 seconds on, but is {}",
-            options.save_every
-        )
-    })?;
-    let shown = quoted(folder.as_os_str());
-    let signals = Signals::while_saving(format!(
-        "automatic saves, if there are any, remain in {shown}"
-    ))?;
-    let scene = options
-        .path
-        .as_deref()
-        .map(|path| read(path, options))
-        .transpose()?;
-    let address = options.listen.unwrap_or(IpAddr::V4(Ipv4Addr::LOCALHOST));
-    let server = Server::bind(SocketAddr::new(address, options.port), &folder, signals)?;
-    let server = server.saving_every(interval);
-    announce(server.address());
-    if !address.is_loopback() {
-        print_error_line(
-            "Warning: other machines can reach this address, without encryption. With it, a page can edit the \
-             run and save it here. `ssh -L` to the loopback address is safer.",
-        );
-    }
-    note(&format!(
-        "The run is saved every {} s into {}, and at the end.",
-        options.save_every,
-        quoted(server.automatic_folder().as_os_str())
-    ));
-    if !options.no_open {
-        open_browser(&server.address_for_once()?);
-    }
-    let ended = server.serve(scene)?;
-    if let Some(saved) = ended.saved {
-        print_line(&format!(
-            "saved at t = {}; continue with\n  {}",
-            saved.time, saved.command
-        ));
-        for reason in saved.left_out {
-            note(&format!("Left out: {reason}"));
-        }
-    }
-    Ok(Verdict::Passed)
-}
-
-/// Writes the address of the page: a JSON object is written at the end only, so with `--json` it is
-/// the first line of standard error, and in the object under `address`.
-fn announce(address: &str) {
-    if is_json() {
-        put("address", &address);
-        print_error_line(address);
-    } else {
-        print_line(address);
-    }
-}
-
-/// Writes a line to standard error that the user needs with `--quiet` too.
-fn print_error_line(text: &str) {
-    suspend(|| {
-        // A closed standard error is no reason to end.
-        let _ = writeln!(stderr(), "{text}");
-    });
-}
-
-/// The scene of the command line, with its name.
-fn read(path: &Path, options: &LiveOptions) -> Result<(String, Scene)> {
-    let file = SceneFile {
-        path: path.to_owned(),
-        until: None,
-        seed: options.seed,
-        from: None,
-        set: options.set.clone(),
-    };
-    let name = path
-        .file_stem()
-        .unwrap_or(path.as_os_str())
-        .to_string_lossy()
-        .into_owned();
-    Ok((name, file.read(None)?))
-}
-
-fn folder(options: &LiveOptions) -> PathBuf {
-    let name = options
-        .path
-        .as_deref()
-        .and_then(Path::file_stem)
-        .unwrap_or("gallery".as_ref());
-    options
-        .out
-        .clone()
-        .unwrap_or_else(|| Path::new("out").join(format!("live-{}", name.to_string_lossy())))
-}
-
-/// Opens the address in a browser, if there is a screen; a failure changes nothing.
-fn open_browser(address: &str) {
-    let has_screen = ["DISPLAY", "WAYLAND_DISPLAY"]
-        .iter()
-        .any(|name| env::var_os(name).is_some());
-    let mut command = if cfg!(target_os = "macos") {
-        Command::new("open")
-    } else if cfg!(windows) {
-        Command::new("explorer")
-    } else if has_screen {
-        Command::new("xdg-open")
-    } else {
-        return;
-    };
-    command
-        .arg(address)
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null());
-    // It is not waited for: the program may continue as long as the browser does.
-    if command.spawn().is_err() {
-        note("No browser could be started: open the address in one.");
-    }
-}
-
-/// A random word of 32 hexadecimal digits.
-///
-/// # Errors
-/// The operating system gives no random bytes.
-fn random_word() -> Result<String> {
-    let mut bytes = [0_u8; 16];
-    getrandom::fill(&mut bytes)
-        .map_err(anyhow::Error::msg)
-        .context("no random bytes for the token")?;
-    ensure!(
-        bytes != [0; 16],
-        "the random bytes of the operating system are all 0"
-    );
-    Ok(format!("{:032x}", u128::from_le_bytes(bytes)))
-}
+pub use gallery::{EXHIBITS, Exhibit, thumbnail};
+pub use laboratory_of_page::LaboratoryOfPage;
+pub use page::{PageEngine, page};
+pub use viewers::Outgoing;

@@ -1,16 +1,21 @@
 //! How far the run goes before the engine looks at commands and sends frames again.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use carom::View;
-use carom_runs::schedule::pieces::first_length;
+use carom_runs::{clock::Instant, schedule::pieces::first_length};
 
 /// Time between two frames.
 pub const FRAME: Duration = Duration::from_micros(16_600);
 
 /// Largest share of the time of a run at full speed that the frames of all pages together may take,
 /// with the ends of the pieces of the run. More: a slower run. Less: fewer frames of large systems.
-const SHARE_OF_FRAMES: f64 = 0.045;
+/// In WebAssembly a frame takes three times as long, and a page alone is there to be watched.
+const SHARE_OF_FRAMES: f64 = if cfg!(target_arch = "wasm32") {
+    0.15
+} else {
+    0.045
+};
 
 /// That share if several pages watch, whose frames leave less of the caches to the engine.
 const SHARE_OF_SEVERAL: f64 = 0.03;

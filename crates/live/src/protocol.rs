@@ -33,6 +33,10 @@ pub enum LiveCommand {
     Seen(u32),
     /// Begins a scene of the gallery.
     Open(String),
+    /// Begins a scene of the user.
+    Scene(SceneText),
+    /// Requests the name and the text of the open scene.
+    Source(bool),
     /// Runs on, or pauses.
     Play(bool),
     /// Simulated time for each second; `null` for as fast as it runs.
@@ -77,6 +81,16 @@ pub struct LiveEdit {
     pub set_rule: Vec<ElasticityRule>,
     /// Pairs of tags whose rules end.
     pub drop_rule: Vec<Vec<String>>,
+}
+
+/// The text of a scene file.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneText {
+    /// The name that the page shows.
+    pub name: String,
+    /// TOML.
+    pub text: String,
 }
 
 /// A measure by name, with a sample every `interval` (time); by default that of the scene.

@@ -1,17 +1,17 @@
 //! What a page shows besides the bodies: totals of the run, tags, and the results of measures.
 
-use std::{
-    collections::BTreeMap,
-    time::{Duration, Instant},
-};
+use std::{collections::BTreeMap, time::Duration};
 
 use carom::{
     Scene, View,
     engine::{Ledger, MeasureSpec, Tag},
 };
-use carom_runs::{measures::Tracked, run::interactive::InteractiveRun};
+use carom_runs::{
+    clock::{Instant, ThreadTime},
+    measures::Tracked,
+    run::interactive::InteractiveRun,
+};
 use carom_tables::{Figure, Role, Table};
-use cpu_time::ThreadTime;
 use serde::Serialize;
 use serde_json::{Value, json};
 

@@ -23,7 +23,10 @@ use anyhow::{Context, Result, anyhow};
 use carom_runs::run::interactive::{InteractiveRun, Saved};
 use serde_json::{Value, json};
 
-use crate::reserve::Reserve;
+use crate::{
+    reserve::Reserve,
+    run_store::{RunState, RunStore},
+};
 
 /// Largest number of saved runs, and of sessions, in one folder.
 const MAX_NUMBER: u32 = 100_000;
@@ -71,10 +74,6 @@ struct Written {
     saved: Result<Saved>,
     took: Duration,
 }
-
-/// What distinguishes two states of the runs of a session: time, collisions, and the version of the
-/// list of bodies, which changes with each edit.
-pub type RunState = (carom::EpochTime, u64, u32);
 
 impl SavedRuns {
     /// Creates the folder if necessary, and tries to write into it. Runs are saved automatically at
@@ -152,20 +151,6 @@ impl SavedRuns {
         automatic.start(run.clone(), state, Arc::clone(&self.reserve));
     }
 
-    /// The last automatic save, for the page; null before the first.
-    pub fn status(&self) -> Value {
-        let Automatic { last, error, .. } = &self.automatic;
-        if last.is_none() && error.is_none() {
-            return Value::Null;
-        }
-        let saved = last.as_ref().map(|(_, saved)| saved);
-        json!({
-            "time": saved.map(|saved| saved.time),
-            "command": saved.map(|saved| saved.command.clone()),
-            "error": error,
-        })
-    }
-
     /// Saves a run at the end of the session; the automatic saves are then removed. Without a run,
     /// a folder that this program has created and not used is removed.
     ///
@@ -200,6 +185,30 @@ impl SavedRuns {
             }
             Err(error) => self.automatic.named_after(error.context(words)),
         }
+    }
+}
+
+impl RunStore for SavedRuns {
+    fn save(&mut self, run: &InteractiveRun) -> Result<Value> {
+        let Saved {
+            time,
+            command,
+            left_out,
+        } = Self::save(self, run)?;
+        Ok(json!({ "time": time, "command": command, "left_out": left_out }))
+    }
+
+    fn status(&self) -> Value {
+        let Automatic { last, error, .. } = &self.automatic;
+        if last.is_none() && error.is_none() {
+            return Value::Null;
+        }
+        let saved = last.as_ref().map(|(_, saved)| saved);
+        json!({
+            "time": saved.map(|saved| saved.time),
+            "command": saved.map(|saved| saved.command.clone()),
+            "error": error,
+        })
     }
 }
 

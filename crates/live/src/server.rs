@@ -15,7 +15,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use axum::{
     Router,
     body::Bytes,
@@ -27,25 +27,20 @@ use axum::{
     response::{IntoResponse, Response},
 };
 use carom::Scene;
-use carom_runs::{
-    interruption::Signals,
-    measures::{KINDS, Span},
-};
+use carom_runs::interruption::Signals;
 use serde_json::json;
 use tokio::sync::Notify;
 
 use crate::{
     connections,
-    gallery::{self, EXHIBITS},
-    laboratory::{Laboratory, LaboratoryEnd, Message, panicked},
-    protocol::{self, LiveCommand, LiveRequest},
-    random_word,
+    engine_thread::{EngineThread, LaboratoryEnd, panicked},
+    gallery,
+    laboratory::Message,
+    page::{self, PageEngine},
+    requests::{self, hello},
     saved_runs::SavedRuns,
-    viewers::{MAX_VIEWERS, Outgoing, Viewer, Viewers, refuse},
+    viewers::{MAX_VIEWERS, Outgoing, Viewer, Viewers},
 };
-
-/// The page.
-const PAGE: &str = include_str!("page.html");
 
 /// Time between two pings of a page, and the longest time without an answer: then it loses its
 /// connection, and the right to edit passes on.
@@ -291,7 +286,7 @@ impl Server {
                 ended: has_ended,
                 viewers: Arc::clone(&viewers),
             };
-            Laboratory::new(viewers, saved_runs, signals).run(scene, &received)
+            EngineThread::new(viewers, saved_runs, signals).run(scene, &received)
         });
         let engine = engine.context("the system has no thread for the engine")?;
         let runtime = tokio::runtime::Builder::new_current_thread()
@@ -396,7 +391,7 @@ fn page() -> Response {
         (header::REFERRER_POLICY, "no-referrer"),
         (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
     ];
-    (headers, PAGE).into_response()
+    (headers, page::page(PageEngine::Server)).into_response()
 }
 
 /// Passes messages between a page and the engine until either ends.
@@ -452,79 +447,33 @@ fn full() -> serde_json::Value {
     json!({ "full": format!("{MAX_VIEWERS} pages watch this run, the most that it serves. Close one of them.") })
 }
 
-/// What a page receives first.
-fn hello(is_writer: bool) -> serde_json::Value {
-    let measures = KINDS.iter().filter(|kind| kind.span != Span::EveryContact);
-    let measures = measures.map(|kind| {
-        let parameters = kind.all_parameters().map(|parameter| {
-            json!({
-                "name": parameter.name,
-                "about": parameter.about,
-                "default": parameter.default.to_string(),
+/// Passes a request on to the engine, or answers it.
+fn receive(text: &str, viewer: &Viewer, shared: &Shared) {
+    requests::receive(text, viewer, &shared.viewers, |message| {
+        shared
+            .messages
+            .try_send(message)
+            .map_err(|error| match error {
+                TrySendError::Full(_) => "the engine is busy: try again",
+                TrySendError::Disconnected(_) => "the engine has ended",
             })
-        });
-        json!({
-            "name": kind.name,
-            "about": kind.summary,
-            "usage": kind.usage(),
-            "parameters": parameters.collect::<Vec<_>>(),
-        })
     });
-    json!({
-        "hello": carom::VERSION,
-        "writer": is_writer,
-        "gallery": EXHIBITS,
-        "measures": measures.collect::<Vec<_>>(),
-    })
 }
 
-/// Passes a request on to the engine, or answers it.
-fn receive(text: &str, viewer: &Arc<Viewer>, shared: &Shared) {
-    let request = match protocol::read(text) {
-        Ok(request) => request,
-        Err(refusal) => return viewer.answer(&refusal),
-    };
-    let id = request.id;
-    match request.command {
-        LiveCommand::View(window) if window.is_valid() => viewer.set_window(window),
-        LiveCommand::View(_) => refuse(
-            viewer,
-            id,
-            "the window must have finite borders and an area",
-        ),
-        LiveCommand::Seen(number) => viewer.has_seen(number),
-        command
-            if !matches!(command, LiveCommand::Choose(_))
-                && !shared.viewers.is_writer(viewer.id) =>
-        {
-            refuse(
-                viewer,
-                id,
-                "another page controls the run; this one can only watch",
-            );
-        }
-        LiveCommand::Choose(_) if !viewer.begins_to_choose() => {
-            refuse(
-                viewer,
-                id,
-                "the engine is busy with the choice before: try again",
-            );
-        }
-        command => {
-            let message = Message {
-                viewer: viewer.id,
-                request: LiveRequest { id, command },
-            };
-            let Err(error) = shared.messages.try_send(message) else {
-                return;
-            };
-            viewer.has_chosen();
-            match error {
-                TrySendError::Full(_) => refuse(viewer, id, "the engine is busy: try again"),
-                TrySendError::Disconnected(_) => refuse(viewer, id, "the engine has ended"),
-            }
-        }
-    }
+/// A random word of 32 hexadecimal digits.
+///
+/// # Errors
+/// The operating system gives no random bytes.
+fn random_word() -> Result<String> {
+    let mut bytes = [0_u8; 16];
+    getrandom::fill(&mut bytes)
+        .map_err(anyhow::Error::msg)
+        .context("no random bytes for the token")?;
+    ensure!(
+        bytes != [0; 16],
+        "the random bytes of the operating system are all 0"
+    );
+    Ok(format!("{:032x}", u128::from_le_bytes(bytes)))
 }
 
 #[cfg(test)]

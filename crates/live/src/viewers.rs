@@ -12,9 +12,10 @@ use std::{
 };
 
 use serde::Serialize;
+#[cfg(feature = "server")]
 use tokio::sync::Notify;
 
-use crate::protocol::{LiveAnswer, VisibleWindow};
+use crate::protocol::VisibleWindow;
 
 /// Largest number of pages. More: the engine spends its time on frames.
 pub const MAX_VIEWERS: usize = 8;
@@ -37,7 +38,7 @@ pub enum Outgoing {
 
 /// The connection ends.
 #[derive(Debug)]
-struct Closed;
+pub struct Closed;
 
 /// What waits to be sent to a page.
 #[derive(Debug, Default)]
@@ -64,6 +65,8 @@ pub struct Viewer {
     window: Mutex<(Option<VisibleWindow>, u64)>,
     /// Whether the engine has yet to hear of a body that the page has chosen.
     chooses: AtomicBool,
+    /// Something waits to be sent.
+    #[cfg(feature = "server")]
     ready: Notify,
 }
 
@@ -109,6 +112,7 @@ impl Viewer {
 
     fn put(&self, put: impl FnOnce(&mut Outbox)) {
         put(&mut lock(&self.outbox));
+        #[cfg(feature = "server")]
         self.ready.notify_one();
     }
 
@@ -153,11 +157,13 @@ impl Viewer {
     }
 
     /// Ends the connection.
+    #[cfg(feature = "server")]
     pub fn close(&self) {
         self.put(|outbox| outbox.is_closed = true);
     }
 
     /// Waits for the next message; `None` ends the connection.
+    #[cfg(feature = "server")]
     pub async fn next(&self) -> Option<Outgoing> {
         loop {
             match self.take() {
@@ -169,7 +175,10 @@ impl Viewer {
     }
 
     /// The next message, if one waits. A list of bodies comes before the frames that belong to it.
-    fn take(&self) -> Result<Option<Outgoing>, Closed> {
+    ///
+    /// # Errors
+    /// The connection ends.
+    pub fn take(&self) -> Result<Option<Outgoing>, Closed> {
         let mut outbox = lock(&self.outbox);
         if outbox.is_closed || outbox.has_overflowed {
             return Err(Closed);
@@ -206,6 +215,7 @@ pub struct Viewers {
 }
 
 /// What a page receives when its rights change.
+#[cfg(feature = "server")]
 #[derive(Debug, Serialize)]
 struct Rights {
     writer: bool,
@@ -224,6 +234,7 @@ impl Viewers {
             outbox: Mutex::default(),
             window: Mutex::default(),
             chooses: AtomicBool::new(false),
+            #[cfg(feature = "server")]
             ready: Notify::new(),
         });
         list.0.push(Arc::clone(&viewer));
@@ -231,6 +242,7 @@ impl Viewers {
     }
 
     /// Removes a page. If it was the writer, the next one is.
+    #[cfg(feature = "server")]
     pub fn leave(&self, id: u64) {
         let mut list = lock(&self.list);
         let was_writer = list.0.first().is_some_and(|first| first.id == id);
@@ -261,11 +273,6 @@ impl Viewers {
             .find(|viewer| viewer.id == id)
             .cloned()
     }
-}
-
-/// Sends a refusal.
-pub fn refuse(viewer: &Viewer, id: u64, reason: &str) {
-    viewer.answer(&LiveAnswer::new(id, Err(reason.to_owned())));
 }
 
 #[cfg(test)]

@@ -273,6 +273,44 @@ fn controls_work_while_a_scene_is_open_and_the_server_is_there() {
     page.until("text('message') === 'Refused: the page is not connected'");
 }
 
+#[test]
+fn a_scene_file_is_written_in_the_page_and_its_fault_is_shown_by_line() {
+    let Some(program) = chromium::browser("the editor of carom live") else {
+        return;
+    };
+    let root = tempfile::tempdir().unwrap();
+    let signals = Signals::default();
+    let any = SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0);
+    let server = Server::bind(any, root.path(), signals.clone()).unwrap();
+    let address = server.address().to_owned();
+    let served = thread::spawn(move || server.serve(None));
+    let mut page = Browser::start(program);
+    page.call("Page.navigate", &json!({ "url": address }));
+    page.until(
+        "document.readyState === 'complete' && document.querySelectorAll('#gallery button').length > 5",
+    );
+    page.eval(HELPERS);
+    page.eval("press('edit')");
+    page.until("document.activeElement.id === 'scene-text'");
+    assert_eq!(
+        page.eval("document.getElementById('copy-link').hidden"),
+        true
+    );
+    let gas = "[[gas]]\\nradius = 0.01\\nmass = 1.0\\nenergy = 1.0\\ncount = 20";
+    page.eval(&format!(
+        "put('scene-text', '{gas}\\nlevity = 1'); press('run-scene')"
+    ));
+    page.until("text('scene-fault').includes('levity')");
+    let selected = "((e) => e.value.slice(e.selectionStart, e.selectionEnd))(document.getElementById('scene-text'))";
+    assert_eq!(page.eval(selected), "levity = 1");
+    page.eval(&format!("put('scene-text', '{gas}'); press('run-scene')"));
+    page.until("text('bodies') === '20' && document.getElementById('editor').hidden");
+    page.until("Number(text('time')) > 0");
+    assert_eq!(page.faults, Vec::<String>::new());
+    signals.interrupt();
+    served.join().unwrap().unwrap();
+}
+
 /// An empty field does not count as 0.
 fn refuses_empty_fields(page: &mut Browser) {
     for (field, button, name) in [

@@ -170,6 +170,22 @@ pub fn is_one(path: &Path) -> bool {
 /// # Errors
 /// It cannot be written.
 pub fn write(path: &Path, values: &[&[u8]]) -> Result<()> {
+    let header = header_of(values);
+    let pieces: Vec<&[u8]> = std::iter::once(&header[..])
+        .chain(values.iter().copied())
+        .collect();
+    write_lasting(path, &pieces)
+}
+
+/// The bytes of a file of encoded values.
+pub fn bytes_of(values: &[&[u8]]) -> Vec<u8> {
+    let mut bytes = header_of(values);
+    bytes.extend(values.iter().copied().flatten());
+    bytes
+}
+
+/// What a file of encoded values begins with.
+fn header_of(values: &[&[u8]]) -> Vec<u8> {
     let length: u64 = values.iter().map(|value| value.len() as u64).sum();
     let mut header = Vec::with_capacity(HEADER);
     header.extend(MAGIC);
@@ -180,10 +196,7 @@ pub fn write(path: &Path, values: &[&[u8]]) -> Result<()> {
         .collect();
     let checksum = checksum_of(&pieces);
     header.extend(checksum.to_le_bytes());
-    let pieces: Vec<&[u8]> = std::iter::once(&header[..])
-        .chain(values.iter().copied())
-        .collect();
-    write_lasting(path, &pieces)
+    header
 }
 
 fn checksum_of(pieces: &[&[u8]]) -> u32 {

@@ -4,10 +4,10 @@ use anyhow::{Context, Result};
 use carom::Scene;
 use carom_report::page::Page;
 use carom_tables::{Summary, Verdict};
-use cpu_time::ProcessTime;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::{
+    clock::ProcessTime,
     conclude,
     console::note,
     folder_lock::FolderLock,

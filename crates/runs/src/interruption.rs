@@ -15,19 +15,20 @@
 //! process and to its group.
 
 use std::{
-    io::{Write as _, stderr},
+    io::{self, Write as _, stderr},
     process,
     sync::{
         Arc, Mutex, PoisonError,
         atomic::{AtomicUsize, Ordering},
     },
     thread,
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use anyhow::{Context, Result};
 #[cfg(unix)]
 use signal_hook::consts::SIGHUP;
+#[cfg(any(unix, windows))]
 use signal_hook::{
     consts::{SIGINT, SIGTERM},
     flag,
@@ -36,10 +37,17 @@ use thiserror::Error;
 
 use crate::{
     append_file::CheckpointLengths,
+    clock::Instant,
     command_line::{self, given},
     json_object,
     terminal::write_line,
 };
+
+/// Numbers of the signals where the system has none, as in WebAssembly.
+#[cfg(not(any(unix, windows)))]
+const SIGINT: i32 = 2;
+#[cfg(not(any(unix, windows)))]
+const SIGTERM: i32 = 15;
 
 /// Time that runs have to reach a checkpoint after a signal. Longer: the program does not end
 /// within a second. Shorter: more work is repeated.
@@ -120,8 +128,7 @@ impl Signals {
         let signals = Self::default();
         for signal in watched() {
             for number in [&signals.received, &signals.pending] {
-                flag::register_usize(signal, Arc::clone(number), signal as usize)
-                    .context("cannot watch for signals")?;
+                set_on(signal, Arc::clone(number)).context("cannot watch for signals")?;
             }
         }
         Ok(signals)
@@ -199,14 +206,24 @@ impl Signals {
     }
 }
 
+/// Lets a signal store its number there.
+#[cfg(any(unix, windows))]
+fn set_on(signal: i32, number: Arc<AtomicUsize>) -> io::Result<()> {
+    flag::register_usize(signal, number, signal as usize).map(drop)
+}
+
+/// Without signals of the system.
+#[cfg(not(any(unix, windows)))]
+fn set_on(_signal: i32, _number: Arc<AtomicUsize>) -> io::Result<()> {
+    Err(io::ErrorKind::Unsupported.into())
+}
+
 /// The signals that end a program.
 fn watched() -> Vec<i32> {
-    let mut signals = vec![SIGINT, SIGTERM];
+    let signals = [SIGINT, SIGTERM].into_iter();
     #[cfg(unix)]
-    if !ignores_hangup() {
-        signals.push(SIGHUP);
-    }
-    signals
+    let signals = signals.chain((!ignores_hangup()).then_some(SIGHUP));
+    signals.collect()
 }
 
 /// Whether the program was started so that SIGHUP does not end it, as by `nohup`.

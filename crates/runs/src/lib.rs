@@ -11,6 +11,7 @@ pub mod animation;
 pub mod append_file;
 pub mod check;
 pub mod checkpoint_file;
+pub mod clock;
 pub mod command_line;
 pub mod console;
 pub mod convert;

@@ -1,6 +1,6 @@
 //! The manifest of a run: program, compiler, machine, command, random numbers, and time taken.
 
-use std::{env, fs, time::Instant};
+use std::{env, fs};
 
 use anyhow::{Error, Result};
 use carom::{Scene, engine::TileCounters};
@@ -8,8 +8,9 @@ use carom_methods::Method;
 use serde::Serialize;
 
 use crate::{
+    clock::Instant,
     command_line::given,
-    output::{Folder, MANIFEST},
+    output::{Folder, MANIFEST, json},
 };
 
 /// Revision of the sources from which the program was built, if that was in a repository.
@@ -146,6 +147,15 @@ impl Manifest {
             complete: false,
             begun: Instant::now(),
         }
+    }
+
+    /// The text of the manifest of a run with these files.
+    ///
+    /// # Errors
+    /// It cannot be encoded.
+    pub fn text_with(mut self, files: Vec<String>) -> Result<String> {
+        self.files = Some(files);
+        json(&self)
     }
 
     /// Writes the manifest of a part of this run in a folder of its own, which `again` repeats.

@@ -405,7 +405,7 @@ impl Folder {
 }
 
 /// Encodes a file of JSON.
-fn json(content: &impl Serialize) -> Result<String> {
+pub(crate) fn json(content: &impl Serialize) -> Result<String> {
     let text =
         serde_json::to_string_pretty(content).context("the content cannot be encoded as JSON")?;
     Ok(text + "\n")

@@ -21,19 +21,19 @@ use std::{
     fs, io,
     path::{Path, PathBuf},
     sync::{Arc, Mutex, PoisonError},
-    time::{Duration, Instant as WallTime},
+    time::Duration,
 };
 
 use anyhow::{Context, Result, ensure};
 use carom::{Checkpoint, EpochTime, Observer, Scene};
 use carom_methods::{AnySimulation, Method};
 use clap::Args;
-use cpu_time::{ProcessTime, ThreadTime};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::{
     append_file::{AppendFiles, CheckpointLengths, Length},
     checkpoint_file::{self, CheckpointBody, FileError},
+    clock::{Instant as WallTime, ProcessTime, ThreadTime},
     interruption::{SharedLengths, Signals},
     other_run::refuse_other,
     output::{Folder, Resumption},
@@ -274,19 +274,17 @@ pub fn write_state<T: Serialize>(
     )
 }
 
-/// Writes the checkpoint of a run that another loop has made so far, which [`Task::find`] accepts.
-/// No file has been appended to.
+/// The bytes of the checkpoint of a run that goes on, at a state of its simulation.
 ///
 /// # Errors
-/// The file cannot be written.
-pub(crate) fn write_going<O: Serialize>(
-    path: &Path,
+/// It cannot be encoded.
+pub(crate) fn encode_going<O: Serialize>(
     what: &str,
     until: f64,
     progress: Done,
     simulation: &Checkpoint,
     observers: &O,
-) -> Result<()> {
+) -> Result<Vec<u8>> {
     let (what, time) = (what.to_owned(), simulation.time());
     let head = Head {
         what,
@@ -302,13 +300,10 @@ pub(crate) fn write_going<O: Serialize>(
         seconds: 0.0,
         files: Vec::new(),
     };
-    checkpoint_file::write(
-        path,
-        &[
-            &checkpoint_file::encode(&head)?,
-            &checkpoint_file::encode(&state)?,
-        ],
-    )
+    Ok(checkpoint_file::bytes_of(&[
+        &checkpoint_file::encode(&head)?,
+        &checkpoint_file::encode(&state)?,
+    ]))
 }
 
 /// Reads a state like [`last_state`], with the data of the program if [`write_state`] has written

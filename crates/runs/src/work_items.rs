@@ -12,7 +12,7 @@ use std::{
     io,
     path::{Path, PathBuf},
     sync::{Mutex, MutexGuard, OnceLock, PoisonError},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use anyhow::{Context, Result};
@@ -20,6 +20,7 @@ use serde::{Serialize, de::DeserializeOwned};
 
 use crate::{
     checkpoint_file::{self, CheckpointBody, FileError},
+    clock::Instant,
     interruption::Signals,
     other_run::refuse_other,
     output::{Folder, Resumption},

@@ -13,7 +13,10 @@ use carom_runs::{console::put, print_line};
 use carom_tables::Verdict;
 use clap::Args;
 
-use crate::repository::{self, Shell};
+use crate::{
+    repository::{self, Shell},
+    web,
+};
 use cards::Card;
 use pages::{GALLERY, SiteParts, VALIDATION};
 use picture::Pictures;
@@ -21,6 +24,10 @@ use results::{CardResults, Making, write};
 
 /// Options of `cargo xtask site`.
 #[derive(Debug, Clone, Args)]
+#[allow(
+    clippy::struct_excessive_bools,
+    reason = "each is an option of the command"
+)]
 pub struct SiteOptions {
     /// Folder of the site; finished results in it are kept
     #[arg(long, value_name = "FOLDER", default_value = "target/site")]
@@ -40,6 +47,9 @@ pub struct SiteOptions {
     /// Also write the reference of the Rust crates, which takes minutes
     #[arg(long)]
     pub reference: bool,
+    /// Also write the laboratory of `carom live` as a page, which takes minutes
+    #[arg(long)]
+    pub web: bool,
 }
 
 /// Sweeps the studies of the gallery, and writes the site. [`Verdict::Failed`] if a result does not
@@ -156,6 +166,11 @@ fn parts(options: &SiteOptions) -> Result<SiteParts> {
         ));
     } else {
         print_line("site: skipped: the reference of the Rust crates: --reference writes it");
+    }
+    if !options.web {
+        print_line("site: skipped: the laboratory as a page: --web writes it");
+    } else if web::pages(&site.join("live"))?.is_some() {
+        parts.push(("live/index.html".to_owned(), "Laboratory".to_owned()));
     }
     for (path, name) in &parts[2..] {
         if !site.join(path).is_file() {

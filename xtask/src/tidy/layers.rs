@@ -9,7 +9,7 @@ use super::{Fault, crates, read};
 
 /// Each crate with its allowed dependencies; `carom` is the facade of the six layers. Detection and
 /// response do not import each other. Tables and reports do not import the engine.
-const ARROWS: [(&str, &[&str]); 16] = [
+const ARROWS: [(&str, &[&str]); 17] = [
     ("geometry", &[]),
     ("kinematics", &["geometry"]),
     ("detection", &["geometry", "kinematics"]),
@@ -63,6 +63,7 @@ const ARROWS: [(&str, &[&str]); 16] = [
         ],
     ),
     ("live", &["carom", "methods", "tables", "runs"]),
+    ("web", &["carom", "live", "methods", "runs"]),
     (
         "cli",
         &["carom", "tables", "runs", "experiments", "sweeps", "live"],

@@ -3,9 +3,9 @@
 use anyhow::Result;
 use carom::Scene;
 use carom_methods::AnySimulation;
-use cpu_time::ProcessTime;
 use serde::Serialize;
 
+use crate::clock::ProcessTime;
 use crate::schedule::{What, stage_edits, stages};
 
 /// The cost of the actions of all thermostats.

@@ -5,10 +5,10 @@ use carom::{
     EpochTime, Observer as _, Scene, kinematics::DragClock, observers::write_extended_xyz,
 };
 use carom_methods::AnySimulation;
-use cpu_time::ProcessTime;
 use serde::Serialize;
 
 use super::{actions::Actions, contents::CheckedContents};
+use crate::clock::ProcessTime;
 use crate::{checkpoint_file::encode, measures::Measures, sampling_times::sampling_count};
 
 /// Processor time of the trial (seconds).

@@ -3,14 +3,7 @@
 
 use std::{fs, path::Path};
 
-/// Memory that is available, and what limits it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct AvailableMemory {
-    /// Memory that can still be taken (bytes).
-    pub bytes: u64,
-    /// What has this memory, for messages.
-    pub of: &'static str,
-}
+use super::AvailableMemory;
 
 /// The machine.
 const MACHINE: &str = "this machine";

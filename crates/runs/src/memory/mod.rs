@@ -1,8 +1,14 @@
 //! Memory that the bodies of a scene need, and that which is available.
 
+#[cfg(not(target_arch = "wasm32"))]
 mod available;
+#[cfg(target_arch = "wasm32")]
+mod of_module;
 
-pub use available::{AvailableMemory, available};
+#[cfg(not(target_arch = "wasm32"))]
+pub use available::available;
+#[cfg(target_arch = "wasm32")]
+pub use of_module::available;
 
 use anyhow::{Result, bail};
 use carom::Scene;
@@ -11,6 +17,15 @@ use carom::Scene;
 /// scheduler, and more for molecules, for drawn sizes, and as a run begins. Smaller: scenes that
 /// cannot fit are begun. Larger: scenes that fit are refused.
 const BYTES_PER_BODY: u64 = 200;
+
+/// Memory that is available, and what limits it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AvailableMemory {
+    /// Memory that can still be taken (bytes).
+    pub bytes: u64,
+    /// What has this memory, for messages.
+    pub of: &'static str,
+}
 
 /// What the bodies of a scene need.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,13 +1,14 @@
 //! The course of a scene: its simulation with the edits and thermostats of its stages, from the
 //! start or from any state on the way.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::Result;
 use carom::{Checkpoint, EpochTime, Observer, Scene};
 use carom_methods::{AnySimulation, Method};
 
 use super::Setting;
+use crate::clock::Instant;
 use crate::schedule::{Schedule, ScheduledStep, What, pieces::Pieces, stage_edits};
 
 /// A flight is made in pieces of about this processor time, so that a limit of time is kept. The

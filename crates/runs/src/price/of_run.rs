@@ -1,7 +1,7 @@
 //! The price of the method of a run, measured at its end: intervals are replayed from states that
 //! follow its last one, exactly and with the method.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::Result;
 use carom::Scene;
@@ -15,6 +15,7 @@ use super::{
     course::{contacts, mean_time},
     growth, replay, time,
 };
+use crate::clock::Instant;
 
 pub use crate::file_names::PRICE;
 

@@ -5,13 +5,14 @@
 //! errors. A body with a wrong contact is therefore excluded afterwards, with every body that it
 //! meets; only contacts between unaffected bodies count.
 
-use std::{collections::VecDeque, time::Instant};
+use std::collections::VecDeque;
 
 use anyhow::Result;
 use carom::{CollisionReport, Observer, Scene, kinematics::EpochTime};
 use serde::{Deserialize, Serialize};
 
 use super::{Course, CourseState, Reached, Setting};
+use crate::clock::Instant;
 
 /// A contact with a larger time error is wrong (mean times between two collisions of a body).
 /// Rounding errors grow by some orders of magnitude within a replay and stay below it.

@@ -1,17 +1,14 @@
 //! Processor time of a setting relative to the exact run: both run in turn from one state, and the
 //! ratio of each round enters a median.
 
-use std::{
-    f64::consts::FRAC_PI_2,
-    time::{Duration, Instant},
-};
+use std::{f64::consts::FRAC_PI_2, time::Duration};
 
 use anyhow::Result;
 use carom::Scene;
-use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
 
 use super::{Course, CourseState, Reached, Setting, course::contacts};
+use crate::clock::{Instant, ThreadTime};
 
 /// A turn is at most this many mean times between two collisions of a body.
 const MAX_TURN: f64 = 1e4;

@@ -4,26 +4,41 @@
 //! A command creates a [`Progress`], or [`ProgressLines`] for tasks in parallel, and advances it;
 //! nothing else is needed. [`show`] starts a thread that draws all tasks under way, and the
 //! seconds of a command that has none. Without it, as in tests and in other programs, nothing is
-//! drawn.
+//! drawn, and WebAssembly has no terminal.
+#![cfg_attr(
+    target_arch = "wasm32",
+    allow(
+        dead_code,
+        unused_imports,
+        reason = "nothing is drawn without a terminal"
+    )
+)]
 
+#[cfg(not(target_arch = "wasm32"))]
 mod screen;
 
+#[cfg(not(target_arch = "wasm32"))]
+use std::io::{IsTerminal as _, stderr};
 use std::{
-    io::{IsTerminal as _, stderr},
     sync::{
         Arc, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicBool, Ordering},
         mpsc::{Receiver, RecvTimeoutError, Sender, channel},
     },
     thread::{self, JoinHandle},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use carom_tables::grouped;
+#[cfg(not(target_arch = "wasm32"))]
 use indicatif::HumanDuration;
 
+#[cfg(not(target_arch = "wasm32"))]
 pub use self::screen::suspend;
+#[cfg(not(target_arch = "wasm32"))]
 use self::screen::{Bars, Screen, Text};
+
+use crate::clock::Instant;
 
 /// Nothing is drawn before this time: most commands end earlier.
 const DELAY: Duration = Duration::from_secs(2);
@@ -221,7 +236,11 @@ impl State {
             return String::new();
         }
         // At the start of a run the estimate is unbounded, so it is capped.
-        let left = HumanDuration(Duration::from_secs_f64((elapsed * left / done).min(1e9)));
+        let left = Duration::from_secs_f64((elapsed * left / done).min(1e9));
+        #[cfg(not(target_arch = "wasm32"))]
+        let left = HumanDuration(left);
+        #[cfg(target_arch = "wasm32")]
+        let left = format!("{} seconds", left.as_secs());
         format!("  {left} left")
     }
 }
@@ -237,6 +256,7 @@ pub struct Shown {
 /// error: as bars on a terminal, otherwise as text.
 ///
 /// `None` if the system cannot start a thread for it.
+#[cfg(not(target_arch = "wasm32"))]
 pub fn show(command: &str) -> Option<Shown> {
     let (stop, stopped) = channel();
     let is_terminal =
@@ -260,6 +280,18 @@ pub fn show(command: &str) -> Option<Shown> {
     })
 }
 
+/// Nothing is shown.
+#[cfg(target_arch = "wasm32")]
+pub fn show(_command: &str) -> Option<Shown> {
+    None
+}
+
+/// Calls a function that writes to a terminal.
+#[cfg(target_arch = "wasm32")]
+pub fn suspend<T>(write: impl FnOnce() -> T) -> T {
+    write()
+}
+
 impl Drop for Shown {
     fn drop(&mut self) {
         IS_SHOWN.store(false, Ordering::Relaxed);
@@ -271,6 +303,7 @@ impl Drop for Shown {
     }
 }
 
+#[cfg(not(target_arch = "wasm32"))]
 fn watch(stopped: &Receiver<()>, screen: &mut dyn Screen) {
     let begun = Instant::now();
     while let Err(RecvTimeoutError::Timeout) = stopped.recv_timeout(TICK) {

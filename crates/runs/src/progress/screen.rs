@@ -3,12 +3,13 @@
 use std::{
     io::Write,
     sync::{Arc, Mutex},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use indicatif::{HumanDuration, MultiProgress, ProgressBar, ProgressStyle};
 
 use super::{Task, Unit, lock};
+use crate::clock::Instant;
 
 /// Least and longest time between two lines of text.
 const INTERVALS: [Duration; 2] = [Duration::from_secs(5), Duration::from_mins(1)];

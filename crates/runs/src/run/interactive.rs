@@ -13,7 +13,7 @@ use std::{
     iter::Peekable,
     ops::ControlFlow,
     path::{Path, PathBuf},
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use anyhow::{Context, Result, bail, ensure};
@@ -36,15 +36,17 @@ use crate::schedule::{
     stages::{self, MAX_ACTIONS},
 };
 use crate::{
+    clock::Instant,
     command_line::command,
     file_names::PICTURES,
     interruption::Signals,
     manifest::Manifest,
     measures::{Measures, requests},
     memory::{self, Demand},
-    output::{Existing, Folder},
+    output::{Existing, Folder, MANIFEST},
     picture_of,
     resumable::{self, CHECKPOINT, Done},
+    whole_file::write_lasting,
 };
 
 /// End of the last stage while the run continues (time).
@@ -522,6 +524,45 @@ impl InteractiveRun {
     /// A file cannot be written, or `path` holds files; a thermostat has acted more often than a
     /// scene file allows (see [`Self::renew`]); the run cannot continue.
     pub fn save(&self, path: &Path) -> Result<Saved> {
+        let (saved, scene, files) = self.saved_at(path)?;
+        claim(path)?;
+        let aside = beside(path);
+        let written = write(&aside, &scene, &saved.command, &files).and_then(|()| {
+            publish(&aside, path).with_context(|| format!("cannot write {}", path.display()))
+        });
+        if written.is_err() {
+            // A partial run is useless; failures to remove it are ignored, and files of others
+            // stay.
+            let _ = fs::remove_dir_all(&aside);
+            let _ = fs::remove_dir(path);
+        }
+        written?;
+        Ok(saved)
+    }
+
+    /// The files that [`Self::save`] would write, by name, without writing any. `path` is the
+    /// folder of the command that continues from them.
+    ///
+    /// # Errors
+    /// A thermostat has acted more often than a scene file allows (see [`Self::renew`]); the run
+    /// cannot continue.
+    pub fn files(&self, path: &Path) -> Result<(Saved, Vec<NamedFile>)> {
+        let (saved, scene, files) = self.saved_at(path)?;
+        let mut files: Vec<_> = files
+            .into_iter()
+            .map(|(name, content)| (name.to_owned(), content))
+            .collect();
+        let mut names: Vec<_> = files.iter().map(|(name, _)| name.clone()).collect();
+        names.retain(|name| name != CHECKPOINT);
+        names.push(MANIFEST.to_owned());
+        let manifest = Manifest::new(&saved.command, &[&scene], None).text_with(names)?;
+        files.insert(0, (MANIFEST.to_owned(), manifest.into_bytes()));
+        Ok((saved, files))
+    }
+
+    /// The run at the end of the present epoch: what it is called in the folder `path`, its scene,
+    /// and its files without the manifest.
+    fn saved_at(&self, path: &Path) -> Result<(Saved, Scene, RunFiles)> {
         let mut ahead = self.clone();
         let (state, mut left_out) = match ahead.run_to_end_of_epoch()? {
             Some(state) => (state, Vec::new()),
@@ -548,49 +589,31 @@ impl InteractiveRun {
             path.as_os_str(),
             "--resume".as_ref(),
         ]);
-        claim(path)?;
-        let aside = beside(path);
-        let written = ahead
-            .write(&aside, &scene, &state, &command)
-            .and_then(|()| {
-                publish(&aside, path).with_context(|| format!("cannot write {}", path.display()))
-            });
-        if written.is_err() {
-            // A partial run is useless; failures to remove it are ignored, and files of others
-            // stay.
-            let _ = fs::remove_dir_all(&aside);
-            let _ = fs::remove_dir(path);
-        }
-        written?;
-        Ok(Saved {
+        let files = ahead.files_of(&scene, &state)?;
+        let saved = Saved {
             time: time.to_f64(),
             command,
             left_out,
-        })
+        };
+        Ok((saved, scene, files))
     }
 
-    /// Writes the files of the run of `scene` with a checkpoint of this state into a new folder.
-    fn write(&self, path: &Path, scene: &Scene, state: &Checkpoint, command: &str) -> Result<()> {
+    /// The files of the run of `scene` with a checkpoint of this state, without the manifest.
+    fn files_of(&self, scene: &Scene, state: &Checkpoint) -> Result<RunFiles> {
         let view = self.simulation.view();
         let mut measures = Measures::new(scene, &view)?;
         measures.start(&view);
         let done = self.done_of(scene, state.time());
-        let (folder, _lock) = Folder::claim(path, Existing::Refuse)?;
-        Manifest::write_new(&folder, command, &[scene])?;
+        let mut files = RunFiles::new();
         if let Some(frame) = &scene.start.snapshot {
-            folder.write_lasting(START, frame.as_bytes())?;
+            files.push((START, frame.as_bytes().to_vec()));
         }
-        folder.write_lasting("config.toml", scene.to_toml())?;
-        folder.write_lasting(PICTURES[0], picture_of(&view, PICTURE))?;
+        files.push(("config.toml", scene.to_toml().into_bytes()));
+        files.push((PICTURES[0], picture_of(&view, PICTURE).into_bytes()));
         let what = describe(scene, None);
-        resumable::write_going(
-            &path.join(CHECKPOINT),
-            &what,
-            scene.run.until,
-            done,
-            state,
-            &measures,
-        )
+        let checkpoint = resumable::encode_going(&what, scene.run.until, done, state, &measures)?;
+        files.push((CHECKPOINT, checkpoint));
+        Ok(files)
     }
 
     /// Runs to the end of the epoch, or through the edit that ends it, and returns the state;
@@ -701,6 +724,28 @@ impl InteractiveRun {
         }
         done
     }
+}
+
+/// The name and the content of a file.
+pub type NamedFile = (String, Vec<u8>);
+
+/// Files of a run with their names, in the order in which they are written; the last is the
+/// checkpoint.
+type RunFiles = Vec<(&'static str, Vec<u8>)>;
+
+/// Writes the files of a run, with its manifest, into a new folder.
+fn write(path: &Path, scene: &Scene, command: &str, files: &RunFiles) -> Result<()> {
+    let (folder, _lock) = Folder::claim(path, Existing::Refuse)?;
+    Manifest::write_new(&folder, command, &[scene])?;
+    for (name, content) in files {
+        if *name == CHECKPOINT {
+            // A state is not listed.
+            write_lasting(&path.join(name), &[content])?;
+        } else {
+            folder.write_lasting(name, content)?;
+        }
+    }
+    Ok(())
 }
 
 /// Creates a folder, or takes an empty one.

@@ -7,13 +7,13 @@ use carom::{
 };
 use carom_methods::{AnySimulation, Method};
 use carom_tables::{Check, Figure, OVERLAPPING_PAIRS, Summary, Totals};
-use cpu_time::ThreadTime;
 use serde::{Deserialize, Serialize};
 
 use super::steps::{self, Output};
 use crate::schedule::{stage_edits, stages};
 use crate::{
     animation,
+    clock::ThreadTime,
     file_names::PICTURES,
     folder_lock::Ousted,
     interruption::{Interrupted, Signals},

@@ -1,12 +1,7 @@
 //! The placement of the bodies of a run: gases that grow are stored from time to time, so that a
 //! run interrupted meanwhile continues from there.
 
-use std::{
-    fs, io,
-    ops::ControlFlow,
-    path::Path,
-    time::{Duration, Instant},
-};
+use std::{fs, io, ops::ControlFlow, path::Path, time::Duration};
 
 use anyhow::{Context, Result};
 use carom::{
@@ -17,6 +12,7 @@ use carom_methods::{AnySimulation, Method};
 
 use crate::{
     checkpoint_file::{self, CheckpointBody, encode},
+    clock::Instant,
     interruption::Signals,
     other_run::refuse_other,
     progress::{Progress, ProgressLines},

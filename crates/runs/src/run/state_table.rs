@@ -1,11 +1,12 @@
 //! The state of a run as lines of a table on the terminal while it continues: time, temperature,
 //! energy, collisions, and the pressure where it is measured.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use carom::View;
 use carom_tables::significant;
 
+use crate::clock::Instant;
 use crate::{measures::Measures, terminal::note};
 
 /// Most lines in a run. More: they scroll out of sight.

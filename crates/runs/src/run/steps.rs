@@ -1,7 +1,7 @@
 //! The steps of a run in the order of its schedule: samples, snapshots, checks, stages, and actions
 //! of thermostats.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::Result;
 use carom::{EpochTime, Observer as _, Scene, engine::RunSpec, observers::write_extended_xyz};
@@ -11,6 +11,7 @@ use super::{state_table::StateTable, stop};
 use crate::schedule::{Schedule, ScheduledStep, What, pieces::Pieces, stage_edits};
 use crate::{
     animation,
+    clock::Instant,
     file_names::TRAJECTORY,
     interruption::Signals,
     measures::Measures,

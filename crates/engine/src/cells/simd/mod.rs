@@ -62,11 +62,13 @@ use self::{
     instruction_sets::{Avx2, Avx512, InstructionSet},
     registers::InRegisters,
 };
+#[cfg(any(test, target_arch = "x86_64"))]
+use super::slot::INDEX_BITS;
 use super::{
     body_record::BodyRecord,
     cell_block::CellBlock,
     f32_filter::{F32Filter, Flights},
-    slot::{INDEX_BITS, INDEX_MASK, image_of},
+    slot::{INDEX_MASK, image_of},
 };
 
 /// A query: when does a disc touch the first of some neighbours?

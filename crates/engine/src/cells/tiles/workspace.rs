@@ -1,6 +1,7 @@
 //! The run of one tile through a window: its bodies and those of a border are copied into a
 //! workspace, run, and copied back.
 
+#[cfg(not(target_arch = "wasm32"))]
 use std::time::Instant;
 
 use carom_detection::Detection;
@@ -284,6 +285,7 @@ impl Workspace {
         task: TileTask<'_>,
         outcome: &mut TileOutcome,
     ) {
+        #[cfg(not(target_arch = "wasm32"))]
         let begun = Instant::now();
         outcome.clear();
         self.load(job.world, &task);
@@ -295,7 +297,11 @@ impl Workspace {
         if !self.last_contacts.is_empty() && !job.wants_log {
             self.store_last_contacts(job.world, outcome);
         }
-        outcome.seconds = begun.elapsed().as_secs_f64();
+        // Without a clock of the system, the duration stays 0.
+        #[cfg(not(target_arch = "wasm32"))]
+        {
+            outcome.seconds = begun.elapsed().as_secs_f64();
+        }
     }
 
     /// Copies the bodies of the tile and of its border.
