@@ -3,8 +3,8 @@
 
 use carom_detection::Exact;
 use carom_engine::{
-    BondSpec, CellScheduler, CellsPerSide, DrawKey, HeapScheduler, Scene, Scheduler, Simulation,
-    TetherSpec, ThermostatRule, ThermostatTarget, View,
+    BondSpec, CellScheduler, CellsPerSide, DrawKey, HeapScheduler, Instructions, Scene, Scheduler,
+    Simulation, TetherSpec, ThermostatRule, ThermostatTarget, View,
 };
 use carom_response::Impact;
 use glam::DVec2;
@@ -109,7 +109,7 @@ fn check<S: Scheduler + Clone>(options: &S::Options) {
 
 #[test]
 fn no_event_is_missed_in_cells() {
-    check::<CellScheduler>(&Default::default());
+    check::<CellScheduler>(&Instructions::default());
 }
 
 #[test]

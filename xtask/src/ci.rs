@@ -65,7 +65,7 @@ pub fn run() -> Result<Verdict> {
             .to_owned(),
     );
     // Skipped, and counted, without the target or without node.
-    lines.push("cargo xtask web --check".to_owned());
+    lines.push(format!("{xtask} web --check"));
     let [brownian, fuzz] = ["brownian", "fuzz"].map(|name| folder.join(name).display().to_string());
     lines.push(format!(
         "{xtask} experiment brownian --quick --force --out '{brownian}'"

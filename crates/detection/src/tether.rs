@@ -139,7 +139,8 @@ impl Tether {
             return Err(TetherError::Shortest { shortest, longest });
         }
         for point in points {
-            if !(point.abs().max_element() <= carom_geometry::MAX_MAGNITUDE) {
+            let is_in_range = |x: f64| x.abs() <= carom_geometry::MAX_MAGNITUDE;
+            if !(is_in_range(point.x) && is_in_range(point.y)) {
                 return Err(TetherError::Point(point.to_array()));
             }
         }

@@ -34,8 +34,15 @@ const DEAD_ENDS: u32 = 4096;
 /// Share of the room of a tether that is left free at each of its bounds.
 const MARGIN: f64 = 1e-3;
 
-/// Places the gases of chains around the bodies of a world. Returns a world that holds them, too, and
-/// the places of the molecules of each gas; `None` without chains.
+/// Chains that have places.
+pub(crate) struct PlacedChains {
+    /// A world that holds them, too.
+    pub world: World,
+    /// The places of the molecules of each gas; none of gases without chains.
+    pub places: Vec<Vec<Place>>,
+}
+
+/// Places the gases of chains around the bodies of a world; `None` without chains.
 ///
 /// # Errors
 /// [`SceneError::Full`] if they do not fit.
@@ -43,7 +50,7 @@ pub(crate) fn place(
     world: &World,
     species: &[Species],
     random: &mut Pcg64,
-) -> Result<Option<(World, Vec<Vec<Place>>)>, SceneError> {
+) -> Result<Option<PlacedChains>, SceneError> {
     let chains = species.iter().filter_map(|gas| gas.spec.chain.as_ref());
     let reach = |chain: &ChainSpec| {
         let arms = chain.tether.points.map(|point| DVec2::from(point).length());
@@ -84,7 +91,10 @@ pub(crate) fn place(
             }));
         }
     }
-    Ok(Some((room.world, places)))
+    Ok(Some(PlacedChains {
+        world: room.world,
+        places,
+    }))
 }
 
 /// The bodies of a world and the chains placed so far.
@@ -250,7 +260,9 @@ impl Room {
                 for (index, motion) in (start..).zip(&motions) {
                     self.take(gas, index, *motion);
                 }
-                sides.into_iter().for_each(|side| self.bonds.add(side));
+                for side in sides {
+                    self.bonds.add(side);
+                }
                 return Some(motions);
             }
         }

@@ -101,7 +101,7 @@ pub(crate) fn place(
     // Chains first: the sites of a lattice leave no room for them.
     let chained = chains::place(world, species, random)?;
     let (world, of_chains) = match &chained {
-        Some((with_chains, places)) => (with_chains, &places[..]),
+        Some(chains) => (&chains.world, &chains.places[..]),
         None => (world, &[][..]),
     };
     let is_single = |gas: &&Species| gas.spec.chain.is_none();

@@ -208,8 +208,8 @@ impl Species {
             chain.tether.max *= scale;
         }
         Ok(Self {
-            molecules,
             spec,
+            molecules,
             ..self.clone()
         })
     }

@@ -418,6 +418,10 @@ impl World {
 
     /// Keeps the bodies whose indices satisfy `keeps`, in order of insertion.
     pub(crate) fn keep_bodies(&mut self, keeps: impl Fn(usize) -> bool) {
+        fn keep<T>(list: &mut Vec<T>, keeps: impl Fn(usize) -> bool) {
+            let mut places = 0..;
+            list.retain(|_| places.next().is_some_and(&keeps));
+        }
         if !self.tethers.is_empty() {
             let mut left = 0;
             let numbers: Vec<Option<u32>> = (0..self.bodies.len())
@@ -428,10 +432,6 @@ impl World {
                 })
                 .collect();
             self.tethers = self.tethers.renumbered(|body| numbers[body as usize]);
-        }
-        fn keep<T>(list: &mut Vec<T>, keeps: impl Fn(usize) -> bool) {
-            let mut places = 0..;
-            list.retain(|_| places.next().is_some_and(&keeps));
         }
         keep(&mut self.bodies, &keeps);
         keep(&mut self.motions, &keeps);

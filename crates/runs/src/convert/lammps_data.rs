@@ -61,13 +61,6 @@ pub(super) fn write(frame: &TrajectoryFrame, out: &mut impl Write) -> io::Result
 /// connect, have one number.
 fn chains(frame: &TrajectoryFrame) -> Vec<usize> {
     let mut parents: Vec<usize> = (0..frame.atoms.len()).collect();
-    fn root(parents: &mut [usize], mut atom: usize) -> usize {
-        while parents[atom] != atom {
-            parents[atom] = parents[parents[atom]];
-            atom = parents[atom];
-        }
-        atom
-    }
     let same = |pair: &&[AtomLine]| pair[0].molecule == pair[1].molecule;
     let neighbours = frame.atoms.windows(2).enumerate();
     let of_molecules = neighbours
@@ -93,4 +86,13 @@ fn chains(frame: &TrajectoryFrame) -> Vec<usize> {
         }
     }
     numbers
+}
+
+/// The first atom of the chain of an atom, as far as it is known.
+fn root(parents: &mut [usize], mut atom: usize) -> usize {
+    while parents[atom] != atom {
+        parents[atom] = parents[parents[atom]];
+        atom = parents[atom];
+    }
+    atom
 }
