@@ -609,3 +609,30 @@ def test_a_sheared_box_keeps_its_tilt_in_other_programs():
     apart = box.wrap(points[1:] - points[:-1])[:, :2]
     expected = box.wrap(np.column_stack([np.diff(sim.positions, axis=0), np.zeros(99)]))[:, :2]
     assert np.abs(apart - expected).max() < 1e-5
+
+
+def test_bonds_are_made_cut_and_kept():
+    disc = carom.Molecule.disc(0.02)
+    sim = carom.Simulation({"molecule": [disc.at(0.3 + 0.1 * k, 0.5) for k in range(3)]})
+    sim.bond([[0, 1], [2, 1]], max=0.15, min=0.05)
+    pairs, lengths = sim.bonds
+    assert pairs.tolist() == [[0, 1], [1, 2]] and np.allclose(lengths, 0.1)
+    sim.set_velocity([[0.7, 0.1], [-0.2, 0.4], [0.3, -0.5]])
+    energy, momentum = sim.energy, sim.velocities.sum(axis=0)
+    for time in range(1, 20):
+        sim.run(until=time)
+        _, lengths = sim.bonds
+        assert (lengths < 0.15 + 1e-13).all() and (lengths > 0.05 - 1e-13).all()
+    assert abs(sim.energy / energy - 1) < 1e-13
+    assert np.abs(sim.velocities.sum(axis=0) - momentum).max() < 1e-13
+    # A bond that is too short for the two, and bodies that are not there.
+    for pair, longest in (([0, 2], 1e-3), ([0, 9], 0.4), ([1, 1], 0.4)):
+        with pytest.raises(carom.EditError):
+            sim.bond([pair], max=longest)
+    assert len(sim.bonds[1]) == 2
+    sim.unbond([0])
+    assert sim.bonds[0].tolist() == [[1, 2]]
+    # Chains of a scene.
+    chains = {"radius": 0.01, "mass": 1, "energy": 1, "count": 12, "chain": {"members": 4, "tether": {"max": 0.04}}}
+    sim = carom.Simulation({"gas": [chains]})
+    assert sim.bonds[0].shape == (9, 2)
