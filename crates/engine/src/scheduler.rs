@@ -62,8 +62,8 @@
 //! # Tethers
 //!
 //! Two bodies may be tied by a bond ([`World::bonds`]), which reaches one of its bounds like a
-//! contact, with [`TouchingParts::Bond`] as its parts. A scheduler that predicts the bonds of a body
-//! whenever it predicts the body sets [`Scheduler::RUNS_TETHERS`].
+//! contact, with [`TouchingParts::Bond`] as its parts. A scheduler that predicts the bonds of a
+//! body whenever it predicts the body sets [`Scheduler::RUNS_TETHERS`].
 //!
 //! # Rounding
 //!

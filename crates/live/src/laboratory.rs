@@ -515,11 +515,11 @@ impl<S: RunStore> Laboratory<S> {
             LiveCommand::View(_) | LiveCommand::Seen(_) => Ok(Value::Null),
             LiveCommand::Open(name) => {
                 let (text, scene) = gallery::scene(&name)?;
-                self.begin(name, &scene, text.to_owned())
+                self.start_scene(name, &scene, text.to_owned())
             }
             LiveCommand::Scene(SceneText { name, text }) => {
                 let scene = Scene::from_toml(&text)?;
-                self.begin(name, &scene, text)
+                self.start_scene(name, &scene, text)
             }
             LiveCommand::Play(play) => {
                 let bench = self.bench()?;
@@ -556,7 +556,7 @@ impl<S: RunStore> Laboratory<S> {
     }
 
     /// Opens the scene of a text and runs it.
-    fn begin(&mut self, name: String, scene: &Scene, text: String) -> Result<Value> {
+    fn start_scene(&mut self, name: String, scene: &Scene, text: String) -> Result<Value> {
         self.open(name, scene)?;
         let bench = self.bench()?;
         bench.text = text;

@@ -82,7 +82,8 @@ impl PairSums<ChainState> for ChainProducts {
 pub struct ChainLag {
     /// The lag t (time).
     pub lag: f64,
-    /// The number of pairs of one chain at t₀ and at t₀ + t; they are not independent of each other.
+    /// The number of pairs of one chain at t₀ and at t₀ + t; they are not independent of each
+    /// other.
     pub pairs: u64,
     /// Mean squared displacement of the middle (length²).
     pub displacement: f64,

@@ -7,16 +7,16 @@
 //! straight ones (Rudnick & Gaspari, J. Phys. A 19 (1986) L191).
 //!
 //! For a chain whose bonds are independent of each other, ⟨R²⟩ = Σ ⟨b²⟩, and for a long one R²/Rg²
-//! = 6; for one that excludes its own area R ∝ N^(3/4) in two dimensions (Nienhuis, Phys. Rev. Lett.
-//! 49 (1982) 1062).
+//! = 6; for one that excludes its own area R ∝ N^(3/4) in two dimensions (Nienhuis, Phys. Rev.
+//! Lett. 49 (1982) 1062).
 
 use carom_engine::{Observer, View};
 use serde::{Deserialize, Serialize};
 
 use crate::{Group, chains::chains_of};
 
-/// Shapes of the chains at each sample, and their bonds. A chain counts if its first body belongs to
-/// the group: the earliest of its ends, or of all its bodies where it has none.
+/// Shapes of the chains at each sample, and their bonds. A chain counts if its first body belongs
+/// to the group: the earliest of its ends, or of all its bodies where it has none.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};

@@ -32,7 +32,7 @@ const MIN_COORDINATE: f64 = 1e-40;
 
 /// A neighbour of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Bond {
+pub(crate) struct DelaunayBond {
     /// Index of the neighbour.
     pub(crate) other: usize,
     /// From the body to this image of the neighbour (length).
@@ -64,7 +64,7 @@ type Face<'a> = FaceHandle<'a, PossiblyOuterTag, Site, (), (), ()>;
 ///
 /// A body can be a neighbour of its own images, and more than once of another. `None` without
 /// bodies, and in a box so narrow that the images would be too many.
-pub(crate) fn bonds(places: &[DVec2], bounds: &PeriodicBox) -> Option<Vec<Vec<Bond>>> {
+pub(crate) fn bonds(places: &[DVec2], bounds: &PeriodicBox) -> Option<Vec<Vec<DelaunayBond>>> {
     let sides = bounds.sides();
     let spacing = (bounds.area() / places.len() as f64).sqrt();
     let scaled = sides / spacing;
@@ -150,11 +150,17 @@ fn voronoi_edge(edge: Edge<'_>, region: Option<[DVec2; 2]>) -> Option<f64> {
 }
 
 /// The bond along an edge of the triangulation, unless the cells only meet in a point.
-fn bond(edge: Edge<'_>, length: f64, places: &[DVec2], sides: DVec2, spacing: f64) -> Option<Bond> {
+fn bond(
+    edge: Edge<'_>,
+    length: f64,
+    places: &[DVec2],
+    sides: DVec2,
+    spacing: f64,
+) -> Option<DelaunayBond> {
     let (from, to) = (edge.from(), edge.to());
     let (from, to) = (from.data(), to.data());
     let displacement = places[to.body] - places[from.body] + sides * shift(to.image);
-    let bond = Bond {
+    let bond = DelaunayBond {
         other: to.body,
         displacement,
         edge: length * spacing,
@@ -164,7 +170,7 @@ fn bond(edge: Edge<'_>, length: f64, places: &[DVec2], sides: DVec2, spacing: f6
 
 /// Area of the Voronoi cell with these neighbours (length²): the sum of the triangles on its edges,
 /// |displacement| × edge / 4.
-pub(crate) fn cell_area(bonds: &[Bond]) -> f64 {
+pub(crate) fn cell_area(bonds: &[DelaunayBond]) -> f64 {
     bonds
         .iter()
         .map(|bond| 0.25 * bond.displacement.length() * bond.edge)
@@ -174,7 +180,7 @@ pub(crate) fn cell_area(bonds: &[Bond]) -> f64 {
 /// Removes the bonds that cross a wall, and returns for each body whether it has lost one: its
 /// Voronoi cell is bounded by the wall. `walls` are the end points of each wall.
 pub(crate) fn cut_by_walls(
-    bonds: &mut [Vec<Bond>],
+    bonds: &mut [Vec<DelaunayBond>],
     places: &[DVec2],
     walls: &[[DVec2; 2]],
     sides: DVec2,
@@ -182,7 +188,7 @@ pub(crate) fn cut_by_walls(
     if walls.is_empty() {
         return vec![false; bonds.len()];
     }
-    let cut = |(bonds, place): (&mut Vec<Bond>, &DVec2)| {
+    let cut = |(bonds, place): (&mut Vec<DelaunayBond>, &DVec2)| {
         let before = bonds.len();
         bonds.retain(|bond| {
             let to = *place + bond.displacement;
@@ -264,7 +270,7 @@ mod tests {
         let bonds = bonds(&places, &bounds).unwrap();
         for (index, of_one) in bonds.iter().enumerate() {
             for bond in of_one {
-                let back = |other: &&Bond| {
+                let back = |other: &&DelaunayBond| {
                     other.other == index
                         && (other.displacement + bond.displacement).length() < 1e-12
                 };
@@ -304,7 +310,7 @@ mod tests {
             .map(|k| DVec2::new(f64::from(k % 8), f64::from(k / 8)))
             .collect();
         let found = bonds(&lattice, &bounds).unwrap();
-        let is_square = |bond: &Bond| {
+        let is_square = |bond: &DelaunayBond| {
             (bond.displacement.length() - 1.0).abs() < 1e-12 && (bond.edge - 1.0).abs() < 1e-9
         };
         assert!(

@@ -215,10 +215,10 @@ fn orders_of_cells(
     places: &[DVec2],
     view: &View<'_>,
     symmetry: u32,
-    weight: fn(&delaunay::Bond) -> f64,
+    weight: fn(&delaunay::DelaunayBond) -> f64,
 ) -> Option<Vec<DVec2>> {
     let (bonds, _) = bonds_between_walls(places, view)?;
-    let order = |bonds: &Vec<delaunay::Bond>| {
+    let order = |bonds: &Vec<delaunay::DelaunayBond>| {
         let (mut sum, mut total) = (DVec2::ZERO, 0.0);
         for bond in bonds {
             sum += weight(bond) * power(bond.displacement.normalize_or_zero(), symmetry);
@@ -234,7 +234,7 @@ fn orders_of_cells(
 pub(crate) fn bonds_between_walls(
     places: &[DVec2],
     view: &View<'_>,
-) -> Option<(Vec<Vec<delaunay::Bond>>, Vec<bool>)> {
+) -> Option<(Vec<Vec<delaunay::DelaunayBond>>, Vec<bool>)> {
     let mut bonds = delaunay::bonds(places, &view.bounds())?;
     let walls: Vec<[DVec2; 2]> = view
         .bodies()

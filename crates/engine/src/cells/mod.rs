@@ -77,8 +77,8 @@
 //! 4. The workspace of a run, of which any number may exist: `state`.
 //! 5. Lists of multi-cell bodies: `walls`, `multi_cell::listing`.
 //! 6. Predictions: `dispatch`, the searches in `multi_cell`, `discs`, `discs_by_pair`, `dilute`,
-//!    `molecule_search`, `tethers`, and `prediction`, which selects one of them by the contents of the
-//!    cells.
+//!    `molecule_search`, `tethers`, and `prediction`, which selects one of them by the contents of
+//!    the cells.
 //! 7. The loop over the events: `events`; and `tiles`, which runs parts of the box on their own.
 //!
 //! # Epochs

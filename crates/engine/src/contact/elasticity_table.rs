@@ -211,7 +211,8 @@ impl ElasticityTable {
     }
 
     /// Whether the table or a bond has elasticities below 1, which a guard raises. A guarded
-    /// contact has elasticity 1, which a response cannot distinguish from elasticity 1 in the table.
+    /// contact has elasticity 1, which a response cannot distinguish from elasticity 1 in the
+    /// table.
     fn is_guarded(&self, world: &World) -> bool {
         let loses = |bond: &Bond| bond.elasticity.coefficient() < 1.0;
         (self.loses_energy() || world.bonds().iter().any(loses)) && self.guard.contact_time > 0.0

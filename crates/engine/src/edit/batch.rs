@@ -343,8 +343,8 @@ impl Batch {
     /// Ties bodies by bonds, beside those that there are; numbers are those of their keys.
     ///
     /// # Errors
-    /// [`EditError::Scene`] if a body is not there or a number is out of range. The batch is refused
-    /// if a bond is beyond its bounds at its end, or ties bodies that cannot be tied.
+    /// [`EditError::Scene`] if a body is not there or a number is out of range. The batch is
+    /// refused if a bond is beyond its bounds at its end, or ties bodies that cannot be tied.
     pub fn bond(&mut self, spec: &BondSpec) -> Result<(), EditError> {
         let index = |number: u64| self.index(BodyKey::of_id(number)).ok();
         let added = bonds_between(index, "bond", spec)?;

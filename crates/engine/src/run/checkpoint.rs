@@ -393,7 +393,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         world.gravity = gravity_of("gravity", checkpoint.gravity.to_array())?;
         checkpoint.shear(&mut world)?;
         checkpoint.free_pistons(&mut world)?;
-        world.tethers = tethers(&checkpoint.bonds, world.bodies.len())?;
+        world.tethers =
+            tethers(&checkpoint.bonds, world.bodies.len()).map_err(CheckpointError::Bond)?;
         let mut names = checkpoint.names.clone();
         world.pairs = PairTable::new(&checkpoint.transparent, &checkpoint.diameter, &mut names)?;
         let mut elasticity =

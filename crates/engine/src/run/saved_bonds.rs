@@ -5,10 +5,7 @@ use carom_response::Elasticity;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::{
-    run::checkpoint::CheckpointError,
-    world::tethers::{Bond, Tethers},
-};
+use crate::world::tethers::{Bond, Tethers};
 
 /// A bond.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -46,11 +43,11 @@ impl SavedBond {
 /// The bonds of a world of so many bodies.
 ///
 /// # Errors
-/// [`CheckpointError::Bond`] of the first that cannot be.
-pub(crate) fn tethers(saved: &[SavedBond], bodies: usize) -> Result<Tethers, CheckpointError> {
+/// The number of the first that cannot be.
+pub(crate) fn tethers(saved: &[SavedBond], bodies: usize) -> Result<Tethers, usize> {
     let bonds = saved
         .iter()
         .enumerate()
-        .map(|(number, bond)| bond.bond(bodies).ok_or(CheckpointError::Bond(number)));
+        .map(|(number, bond)| bond.bond(bodies).ok_or(number));
     Ok(Tethers::new(bonds.collect::<Result<_, _>>()?))
 }

@@ -16,7 +16,7 @@ use crate::{
     scene::{bond_spec::ChainSpec, error::SceneError, random::direction},
     start::{
         body_builder::insert,
-        placement::{Place, TRIALS},
+        place::{Place, TRIALS},
         sites::Sites,
         species::Species,
     },

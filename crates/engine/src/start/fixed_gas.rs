@@ -16,8 +16,7 @@ use rand_pcg::Pcg64;
 use crate::{
     scene::{BoxSpec, error::SceneError, random::RandomStream},
     start::{
-        body_builder::insert, placement::TRIALS, single_bodies::Singles, sites::Sites,
-        species::Species,
+        body_builder::insert, place::TRIALS, single_bodies::Singles, sites::Sites, species::Species,
     },
 };
 

@@ -9,6 +9,7 @@ pub(crate) mod expected_bodies;
 pub(crate) mod fitted_box;
 pub(crate) mod fixed_gas;
 pub(crate) mod pistons;
+pub(crate) mod place;
 pub(crate) mod placement;
 pub(crate) mod pockets;
 pub(crate) mod selection;

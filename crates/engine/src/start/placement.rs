@@ -10,7 +10,7 @@
 use std::sync::Arc;
 
 use carom_geometry::{Atom, GeometryError, Molecule, PeriodicBox};
-use carom_kinematics::{Motion, Orientation};
+use carom_kinematics::Motion;
 use glam::DVec2;
 use rand::{RngExt, seq::SliceRandom};
 use rand_pcg::Pcg64;
@@ -23,8 +23,14 @@ use crate::{
         region::Region,
     },
     start::{
-        body_builder::geometry, chains, pockets::Pockets, selection::Remaining, sites::Sites,
-        species::Species, velocities::ConservedMomentum,
+        body_builder::geometry,
+        chains,
+        place::{Place, TRIALS},
+        pockets::Pockets,
+        selection::Remaining,
+        sites::Sites,
+        species::Species,
+        velocities::ConservedMomentum,
     },
     world::{World, tags::TagNames},
 };
@@ -35,10 +41,6 @@ const MIN_GAP: f64 = 1e-9;
 
 /// Most sites of a lattice where fewer are needed: the check of each takes about a microsecond.
 const MAX_SITES: usize = 1 << 22;
-
-/// Places tried for a molecule whose place is drawn at random. Fewer: places among many obstacles
-/// are not found, and arrays that fit are refused. More: a refusal takes longer.
-pub(crate) const TRIALS: usize = 100_000;
 
 /// A lattice of touching sites, the last to be tried, is thinned out if it has more sites than
 /// this: in a narrow box it may have any number of sites, even if few are needed.
@@ -69,23 +71,6 @@ pub(crate) fn fill(
         kind.insert(world, names, motions);
     }
     Ok(())
-}
-
-/// Where a molecule is placed.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Place {
-    /// Its centre of mass (length).
-    pub at: DVec2,
-    /// Its orientation, if that matters for its place.
-    pub orientation: Option<Orientation>,
-}
-
-impl Place {
-    /// The orientation of the molecule, at random where any will do.
-    pub(crate) fn orientation(&self, random: &mut Pcg64) -> Orientation {
-        self.orientation
-            .unwrap_or_else(|| Orientation::from_turns(random.random()))
-    }
 }
 
 /// Places for the molecules of each kind, around the bodies of a world.

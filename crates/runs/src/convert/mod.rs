@@ -3,7 +3,8 @@
 //! The input is the extended XYZ file that `carom run` writes with `run.snapshots = "extxyz"`. It
 //! is read and written frame by frame. The output is a GSD file with the schema of HOOMD (`.gsd`),
 //! a text dump of LAMMPS (`.lammpstrj`, `.dump`) or a data file of its last frame (`.data`), or a
-//! structured array of NumPy (`.npy`). A table of a run, such as `events.csv`, becomes an array too.
+//! structured array of NumPy (`.npy`). A table of a run, such as `events.csv`, becomes an array
+//! too.
 
 mod body_shapes;
 mod frames;
@@ -66,8 +67,8 @@ fn is_table(path: &Path) -> bool {
 }
 
 /// Writes the trajectory `input` (extended XYZ of a run) to `output` in the format of its ending,
-/// `gsd`, `lammpstrj`, `dump`, `data` or `npy`, and returns the number of frames; or a table of numbers,
-/// `csv`, as an array, `npy`, and returns the number of rows.
+/// `gsd`, `lammpstrj`, `dump`, `data` or `npy`, and returns the number of frames; or a table of
+/// numbers, `csv`, as an array, `npy`, and returns the number of rows.
 ///
 /// GSD holds single precision: positions keep seven digits of the box. A dump keeps every digit. An
 /// existing file is replaced at the end.

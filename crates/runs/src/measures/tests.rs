@@ -1540,8 +1540,8 @@ fn lyapunov_exponents_are_refused_with_edits_of_the_motion() {
     }
 }
 
-/// Two chains of three points that do not move: a straight one around the border of the box, and one
-/// with a right angle.
+/// Two chains of three points that do not move: a straight one around the border of the box, and
+/// one with a right angle.
 #[test]
 fn chains_are_measured_along_their_bonds() {
     let places = [

@@ -232,8 +232,8 @@ const OF_AXES: [&str; 4] = ["nematic", "tetratic", "k-atic", "body-frame-diffusi
 
 impl Variant {
     /// Every run's own measures, which are those of `energy`, then each other measure with them.
-    /// The plain gas has no wall whose heat could be measured, no piston and no bonds, and its discs
-    /// have no axes; the Lyapunov exponents of so many bodies cost more than the gas.
+    /// The plain gas has no wall whose heat could be measured, no piston and no bonds, and its
+    /// discs have no axes; the Lyapunov exponents of so many bodies cost more than the gas.
     pub fn measures() -> impl Iterator<Item = Self> {
         let others = |name: &&str| {
             !EVERY_RUN[1..].contains(name)
