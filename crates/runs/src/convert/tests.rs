@@ -312,7 +312,7 @@ fn bad_input_is_refused_by_line_and_column() {
     }
     let message = format!("{:#}", converted(&good, "out.xyz").unwrap_err());
     assert!(
-        message.contains(".gsd, .lammpstrj, .dump or .npy"),
+        message.contains(".gsd, .lammpstrj, .dump, .data or .npy"),
         "{message}"
     );
 }
