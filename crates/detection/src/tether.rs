@@ -284,11 +284,11 @@ impl Tether {
 /// The time at which two points in uniform motion, d apart with the relative velocity v, are
 /// `longest` apart (time from now; infinite if they are at rest to each other).
 ///
-/// With c = ℓ² − d², b = d·v and D = ℓ² v² − (d × v)², it is the later root of |d + v t| = ℓ: c/(b
-/// + √D), or (√D − b)/v² for b < 0. The rounding of c and of the speed at which the points part is
-/// that of [`disc_contact`], whose rules hold with the sign turned: a pair that touches is at its
-/// bound if it certainly parts, and one that is beyond the bound unless it certainly returns.
-/// Points that return meet the bound once more, on the other side.
+/// With c = ℓ² − d², b = d·v and D = ℓ² v² − (d × v)², it is the later root of |d + v t| = ℓ, which
+/// is (√D − b)/v² for b < 0, and c/(√D + b) else. The rounding of c and of the speed at which the
+/// points part is that of [`disc_contact`], whose rules hold with the sign turned: a pair that
+/// touches is at its bound if it certainly parts, and one that is beyond the bound unless it
+/// certainly returns. Points that return meet the bound once more, on the other side.
 fn taut_in(d: DVec2, v: DVec2, longest: f64, (error, velocity_error): (f64, f64)) -> f64 {
     let (b, v_squared, cross) = (d.dot(v), v.length_squared(), d.perp_dot(v));
     if v_squared == 0.0 {
