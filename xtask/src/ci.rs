@@ -64,8 +64,6 @@ pub fn run() -> Result<Verdict> {
          else echo 'skipped: the book: no mdbook' >> \"$CAROM_SKIPPED\"; fi"
             .to_owned(),
     );
-    // Skipped, and counted, without the target or without node.
-    lines.push(format!("{xtask} web --check"));
     let [brownian, fuzz] = ["brownian", "fuzz"].map(|name| folder.join(name).display().to_string());
     lines.push(format!(
         "{xtask} experiment brownian --quick --force --out '{brownian}'"
