@@ -339,7 +339,7 @@ mod tests {
                 let motion = RelativeMotion::exactly(d, DVec2::new(slip, -closing));
                 let flight = Flight::new(atom.outline(), atom.outline(), &motion);
                 let pair = AtomPair::new(&flight, [(&atom).into(), (&atom).into()]);
-                let mut search = Search::new(10.0, 10, ());
+                let mut search: Search<()> = Search::new(10.0, 10, ());
                 let PairOutcome::Contact(time) =
                     pair.first_contact(0.0, [10.0; 2], &mut 0, &mut search)
                 else {

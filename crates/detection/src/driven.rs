@@ -494,7 +494,7 @@ mod tests {
                         + 20.0 * drive.max_speed(6.0))
             };
             let samples = Samples { count: 2000, depth: 1e-13 };
-            is_first_zero(answer, horizon, gap, allowed, &samples)?;
+            is_first_zero(answer.outcome, horizon, gap, allowed, &samples)?;
             prop_assert!(answer.evaluations < 3000, "{}", answer.evaluations);
             // Exchanging the bodies changes no bit of the time.
             let exchanged = find([&b, &a], &motion.exchanged(), &-drive);

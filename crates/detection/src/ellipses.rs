@@ -142,7 +142,7 @@ mod tests {
                 2.0 * f64::EPSILON * (30.0 + 34.0 * (arms[0] + arms[1]) + (14.0 + 4.0 * turned) * time)
             };
             let samples = Samples { count: 2000, depth: 1e-13 };
-            is_first_zero(answer, horizon, gap, allowed, &samples)?;
+            is_first_zero(answer.outcome, horizon, gap, allowed, &samples)?;
             prop_assert!(answer.evaluations < 3000, "{}", answer.evaluations);
             // Exchanging the bodies changes no bit of the time.
             let exchanged = RelativeMotion {

@@ -3,7 +3,7 @@
 
 use proptest::{prop_assert, test_runner::TestCaseError};
 
-use crate::{Answer, Outcome};
+use crate::Outcome;
 
 /// Samples of the gap before the contact, and the depth (length) below which each must not lie.
 pub(crate) struct Samples {
@@ -14,14 +14,14 @@ pub(crate) struct Samples {
 /// Fails unless the gap (length) as a function of time is zero at the contact to within `allowed`
 /// of its time, and not negative at samples before it, or before `horizon` (time) without a
 /// contact.
-pub(crate) fn is_first_zero(
-    answer: Answer,
+pub(crate) fn is_first_zero<T: Copy + std::fmt::Debug>(
+    outcome: Outcome<T>,
     horizon: f64,
     gap: impl Fn(f64) -> f64,
     allowed: impl Fn(f64) -> f64,
     samples: &Samples,
 ) -> Result<(), TestCaseError> {
-    let until = match answer.outcome {
+    let until = match outcome {
         Outcome::Contact(contact) => {
             let time = contact.time;
             prop_assert!(

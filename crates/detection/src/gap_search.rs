@@ -159,12 +159,12 @@ pub(crate) trait GapFunction {
     /// before `begin`. Past `pause` the search of a pair that does not close is interrupted.
     /// `steps` counts the steps of the pair over all interruptions.
     #[inline]
-    fn first_contact<R: Recorder>(
+    fn first_contact<R: Recorder, T>(
         &self,
         begin: f64,
         [pause, limit]: [f64; 2],
         steps: &mut u32,
-        search: &mut Search<R>,
+        search: &mut Search<R, T>,
     ) -> PairOutcome {
         let mut time = begin;
         loop {
@@ -255,13 +255,13 @@ pub(crate) trait GapFunction {
     /// Returns the next contact of a pair that separates from a contact at `time` (`Ok`, a time),
     /// or a duration for which there certainly is none (`Err`). See Lemma 10.
     #[cold]
-    fn recontact<R: Recorder>(
+    fn recontact<R: Recorder, T>(
         &self,
         start: &Self::Pose,
         at_start: &Gap,
         time: f64,
         limit: f64,
-        search: &mut Search<R>,
+        search: &mut Search<R, T>,
     ) -> Result<f64, f64> {
         let away = at_start.rate - at_start.rate_error;
         // Up to 2 g'/K the gap is not below its initial value.

@@ -110,6 +110,8 @@ pub use golden_secant::GoldenSecant;
 pub use lanes::{DISC_LANES, DiscLanes};
 pub use outcome::{Answer, Contact, Outcome, Part, Touch};
 pub use query_body::QueryBody;
+pub use tether::{Tether, TetherBound, TetherError};
+pub use trace::{MAX_RECORDED, Parts, Phase, SearchStep, Trace};
 
 // Parts that the other layers and tests of accuracy share; no user of the library needs them.
 #[doc(hidden)]
@@ -120,8 +122,6 @@ pub use error_bound::ErrorBound;
 pub use resolved_speed::resolved_speed;
 #[doc(hidden)]
 pub use skimming::{SearchWindow, skim};
-pub use tether::{Tether, TetherBound, TetherError, TetherOutcome};
-pub use trace::{MAX_RECORDED, Parts, Phase, SearchStep, Trace};
 
 use carom_geometry::{Atom, Outline};
 use carom_kinematics::{Drive, RelativeMotion};

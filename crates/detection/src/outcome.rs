@@ -2,18 +2,19 @@
 
 /// The result of a search and its cost.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Answer {
+pub struct Answer<T = Touch> {
     /// How the search ended.
-    pub outcome: Outcome,
+    pub outcome: Outcome<T>,
     /// The number of evaluations of the gap of an atom pair.
     pub evaluations: u32,
 }
 
-/// How a search for the first contact ended.
+/// How a search for the first contact ended. `T` tells what touches: the parts of two bodies, or
+/// the bound that a tether reaches ([`TetherBound`](crate::TetherBound)).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Outcome {
+pub enum Outcome<T = Touch> {
     /// The bodies touch.
-    Contact(Contact),
+    Contact(Contact<T>),
     /// The bodies do not touch up to the horizon.
     Free,
     /// The search reached its step limit. The bodies certainly do not touch before this time (from
@@ -31,11 +32,11 @@ pub enum Outcome {
 
 /// A first contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Contact {
+pub struct Contact<T = Touch> {
     /// Time of the contact from now (not negative).
     pub time: f64,
-    /// The parts that touch.
-    pub touch: Touch,
+    /// What touches.
+    pub touch: T,
 }
 
 /// The parts of two bodies that touch. Of two contacts at the same time the lesser in this order is
@@ -94,12 +95,48 @@ impl Touch {
     }
 }
 
-impl Outcome {
+impl<T> Outcome<T> {
     /// The contact, if there is one.
-    pub fn contact(self) -> Option<Contact> {
+    pub fn contact(self) -> Option<Contact<T>> {
         match self {
             Self::Contact(contact) => Some(contact),
             _ => None,
+        }
+    }
+
+    /// The outcome with another name for what touches.
+    ///
+    /// ```
+    /// use carom_detection::{Contact, Outcome};
+    ///
+    /// let found = Outcome::Contact(Contact { time: 0.5, touch: 7 });
+    /// let named = found.map(|part| format!("part {part}"));
+    /// assert_eq!(named.contact().unwrap().touch, "part 7");
+    /// ```
+    #[inline]
+    pub fn map<U>(self, name: impl FnOnce(T) -> U) -> Outcome<U> {
+        match self {
+            Self::Contact(Contact { time, touch }) => {
+                let touch = name(touch);
+                Outcome::Contact(Contact { time, touch })
+            }
+            Self::Free => Outcome::Free,
+            Self::FreeUntil(time) => Outcome::FreeUntil(time),
+            Self::Unresolved(time) => Outcome::Unresolved(time),
+            Self::OutOfRange => Outcome::OutOfRange,
+        }
+    }
+
+    /// The outcome with its times multiplied by `factor`.
+    pub(crate) fn later(self, factor: f64) -> Self {
+        match self {
+            Self::Contact(contact) => Self::Contact(Contact {
+                time: contact.time * factor,
+                ..contact
+            }),
+            Self::FreeUntil(time) => Self::FreeUntil(time * factor),
+            Self::Unresolved(time) => Self::Unresolved(time * factor),
+            Self::Free | Self::OutOfRange => self,
         }
     }
 }

@@ -113,16 +113,10 @@ pub(crate) fn faster(motion: &RelativeMotion, factor: f64) -> RelativeMotion {
 
 /// The answer with its times multiplied by `factor`.
 pub(crate) fn later(answer: Answer, factor: f64) -> Answer {
-    let outcome = match answer.outcome {
-        Outcome::Contact(contact) => Outcome::Contact(crate::Contact {
-            time: contact.time * factor,
-            ..contact
-        }),
-        Outcome::FreeUntil(time) => Outcome::FreeUntil(time * factor),
-        Outcome::Unresolved(time) => Outcome::Unresolved(time * factor),
-        outcome @ (Outcome::Free | Outcome::OutOfRange) => outcome,
-    };
-    Answer { outcome, ..answer }
+    Answer {
+        outcome: answer.outcome.later(factor),
+        ..answer
+    }
 }
 
 #[cfg(test)]

@@ -17,9 +17,9 @@ pub(crate) enum PairOutcome {
 }
 
 /// The earliest contact and the earliest certified time so far, and the limits of the search.
-pub(crate) struct Search<R> {
+pub(crate) struct Search<R, T = Touch> {
     end: f64,
-    best: Option<Contact>,
+    best: Option<Contact<T>>,
     out_of_budget: f64,
     pub(crate) most_steps: u32,
     pub(crate) evaluations: u32,
@@ -27,6 +27,13 @@ pub(crate) struct Search<R> {
 }
 
 impl<R: Recorder> Search<R> {
+    /// Records the result of the search for one pair of atoms.
+    pub(crate) fn record(&mut self, outcome: PairOutcome, atoms: [u32; 2]) {
+        self.record_touch(outcome, Touch::Atoms(atoms[0], atoms[1]));
+    }
+}
+
+impl<R: Recorder, T: Copy + PartialOrd> Search<R, T> {
     pub(crate) fn new(end: f64, most_steps: u32, recorder: R) -> Self {
         Self {
             end,
@@ -45,17 +52,13 @@ impl<R: Recorder> Search<R> {
         found.min(self.out_of_budget)
     }
 
-    /// Records the result of the search for one pair of atoms.
-    pub(crate) fn record(&mut self, outcome: PairOutcome, atoms: [u32; 2]) {
-        self.record_touch(outcome, Touch::Atoms(atoms[0], atoms[1]));
-    }
-
     /// Records the result of the search for one pair of parts.
-    pub(crate) fn record_touch(&mut self, outcome: PairOutcome, touch: Touch) {
+    pub(crate) fn record_touch(&mut self, outcome: PairOutcome, touch: T) {
         match outcome {
             PairOutcome::Contact(time) => {
-                let earlier =
-                    |best: Contact| time < best.time || (time == best.time && touch < best.touch);
+                let earlier = |best: Contact<T>| {
+                    time < best.time || (time == best.time && touch < best.touch)
+                };
                 if self.best.is_none_or(earlier) {
                     self.best = Some(Contact { time, touch });
                 }
@@ -67,7 +70,7 @@ impl<R: Recorder> Search<R> {
 
     /// The answer. A pair that is only certified up to a time takes precedence over a later
     /// contact.
-    pub(crate) fn answer(&self) -> Answer {
+    pub(crate) fn answer(&self) -> Answer<T> {
         let outcome = match self.best {
             Some(contact) if contact.time <= self.out_of_budget => Outcome::Contact(contact),
             _ if self.out_of_budget <= self.end => Outcome::FreeUntil(self.out_of_budget),

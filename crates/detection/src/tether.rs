@@ -29,13 +29,13 @@
 //! points approach at 2 E' or faster after each event, the tether is never longer than ℓ + 5/4 E,
 //! however many events it has.
 
-use carom_geometry::{Circle, check_positive};
+use carom_geometry::{Circle, check_length, check_positive};
 use carom_kinematics::{HALF_ULP as U, RelativeMotion};
 use glam::DVec2;
 use thiserror::Error;
 
 use crate::{
-    ErrorBound,
+    Contact, ErrorBound, Outcome,
     atom_pair::{AtomPair, centripetal, or_none, swing},
     disc::disc_contact,
     error_bound::one_norm,
@@ -43,7 +43,7 @@ use crate::{
     gap_search::{Gap, GapFunction},
     range::{Unit, faster, unit_of_radii},
     safe_step::{Curvature, safe_step},
-    search::{PairOutcome, Search},
+    search::Search,
     tolerance::{FAST_ROTOR, MAX_STEPS, RESTING_DEPTH},
 };
 
@@ -53,24 +53,19 @@ const ROOM: f64 = 1.0 + 1.0 / (1 << 10) as f64;
 /// Two points, one of each of two bodies, whose distance stays between two bounds.
 ///
 /// ```
-/// use carom_detection::{Tether, TetherBound, TetherOutcome};
+/// use carom_detection::{Contact, Tether, TetherBound};
 /// use carom_kinematics::RelativeMotion;
 /// use glam::DVec2;
 ///
 /// // The centres of two bodies, 0.8 apart, fly apart at the speed 2 on a tether of length 1.
 /// let tether = Tether::new([DVec2::ZERO; 2], [0.5, 1.0])?;
 /// let apart = RelativeMotion::exactly(DVec2::new(0.8, 0.0), DVec2::new(2.0, 0.0));
-/// let TetherOutcome::Reached(time, TetherBound::Longest) = tether.first_event(&apart, 1.0) else {
-///     panic!("it is taut at 0.1")
-/// };
-/// assert!((time - 0.1).abs() < 1e-15);
+/// let Contact { time, touch } = tether.first_event(&apart, 1.0).contact().unwrap();
+/// assert!(touch == TetherBound::Longest && (time - 0.1).abs() < 1e-15);
 /// // The other way, they come as near as it allows.
 /// let together = RelativeMotion::exactly(DVec2::new(0.8, 0.0), DVec2::new(-3.0, 0.0));
-/// let TetherOutcome::Reached(time, TetherBound::Shortest) = tether.first_event(&together, 1.0)
-/// else {
-///     panic!("it is as short as it may be at 0.1")
-/// };
-/// assert!((time - 0.1).abs() < 1e-15);
+/// let Contact { time, touch } = tether.first_event(&together, 1.0).contact().unwrap();
+/// assert!(touch == TetherBound::Shortest && (time - 0.1).abs() < 1e-15);
 /// # Ok::<(), carom_detection::TetherError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,26 +78,12 @@ pub struct Tether {
 }
 
 /// A bound on the length of a tether.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum TetherBound {
     /// The least length.
     Shortest,
     /// The greatest length: the tether is taut.
     Longest,
-}
-
-/// The result of a search.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum TetherOutcome {
-    /// The tether reaches a bound at this time (from now).
-    Reached(f64, TetherBound),
-    /// It reaches none before the horizon.
-    Free,
-    /// It reaches none before this time (from now), at which the search has reached its limit of
-    /// steps.
-    FreeUntil(f64),
-    /// A number of the query is not finite, too large or too small.
-    OutOfRange,
 }
 
 /// A tether that cannot be.
@@ -135,11 +116,13 @@ impl Tether {
         if check_positive("max", longest).is_err() {
             return Err(TetherError::Longest(longest));
         }
-        if !(0.0..longest).contains(&shortest) || (shortest > 0.0 && shortest < 1e-60) {
+        if !(0.0..longest).contains(&shortest)
+            || (shortest > 0.0 && check_positive("min", shortest).is_err())
+        {
             return Err(TetherError::Shortest { shortest, longest });
         }
         for point in points {
-            let is_in_range = |x: f64| x.abs() <= carom_geometry::MAX_MAGNITUDE;
+            let is_in_range = |x: f64| check_length("point", x).is_ok();
             if !(is_in_range(point.x) && is_in_range(point.y)) {
                 return Err(TetherError::Point(point.to_array()));
             }
@@ -184,21 +167,15 @@ impl Tether {
     /// The first time from now to `horizon` at which the tether reaches a bound. One that has
     /// reached it, or is beyond it, reaches it now if it goes on in that direction, and not while
     /// it returns.
-    pub fn first_event(&self, motion: &RelativeMotion, horizon: f64) -> TetherOutcome {
+    pub fn first_event(&self, motion: &RelativeMotion, horizon: f64) -> Outcome<TetherBound> {
         let arms = self.circles.map(|circle| circle.arm);
         match unit_of_radii(arms, motion, horizon) {
             Unit::Ordinary => self.search(motion, horizon.min(f64::MAX)),
             Unit::Scaled(factor) => {
                 let horizon = (horizon / factor).min(f64::MAX);
-                match self.search(&faster(motion, factor), horizon) {
-                    TetherOutcome::Reached(time, bound) => {
-                        TetherOutcome::Reached(time * factor, bound)
-                    }
-                    TetherOutcome::FreeUntil(time) => TetherOutcome::FreeUntil(time * factor),
-                    other @ (TetherOutcome::Free | TetherOutcome::OutOfRange) => other,
-                }
+                self.search(&faster(motion, factor), horizon).later(factor)
             }
-            Unit::OutOfRange => TetherOutcome::OutOfRange,
+            Unit::OutOfRange => Outcome::OutOfRange,
         }
     }
 
@@ -224,7 +201,7 @@ impl Tether {
     }
 
     /// The first event of points at the centres of mass, in closed form.
-    fn straight_event(&self, motion: &RelativeMotion, horizon: f64) -> TetherOutcome {
+    fn straight_event(&self, motion: &RelativeMotion, horizon: f64) -> Outcome<TetherBound> {
         let (d, velocity) = (motion.separation, motion.velocity);
         let errors = |length: f64| {
             let circles = self.circles.map(|circle| Circle {
@@ -235,49 +212,41 @@ impl Tether {
             (bound.at(0.0), motion.velocity_error)
         };
         let taut = taut_in(d, velocity, self.longest, errors(self.longest));
-        let mut first = (taut, TetherBound::Longest);
+        let mut first = Contact {
+            time: taut,
+            touch: TetherBound::Longest,
+        };
         if self.shortest > 0.0 {
             let near = disc_contact(d, velocity, self.shortest, errors(self.shortest));
             if near < taut {
-                first = (near, TetherBound::Shortest);
+                first = Contact {
+                    time: near,
+                    touch: TetherBound::Shortest,
+                };
             }
         }
-        if first.0 <= horizon {
-            TetherOutcome::Reached(first.0, first.1)
+        if first.time <= horizon {
+            Outcome::Contact(first)
         } else {
-            TetherOutcome::Free
+            Outcome::Free
         }
     }
 
-    fn search(&self, motion: &RelativeMotion, horizon: f64) -> TetherOutcome {
+    fn search(&self, motion: &RelativeMotion, horizon: f64) -> Outcome<TetherBound> {
         if self.circles.iter().all(|circle| circle.arm == 0.0) {
             return self.straight_event(motion, horizon);
         }
         let flight = self.flight(motion);
         let mut search = Search::new(horizon, MAX_STEPS, ());
-        let mut first = TetherOutcome::Free;
-        let mut limit = horizon;
-        let mut take = |outcome: PairOutcome, bound: TetherBound| {
-            match outcome {
-                PairOutcome::Contact(time) => {
-                    (first, limit) = (TetherOutcome::Reached(time, bound), time);
-                }
-                PairOutcome::OutOfBudget(time) | PairOutcome::Paused(time) => {
-                    (first, limit) = (TetherOutcome::FreeUntil(time), time);
-                }
-                PairOutcome::Free => {}
-            }
-            limit
-        };
         let taut = LongestLength::new(&flight, self);
         let found = taut.first_contact(0.0, [f64::INFINITY, horizon], &mut 0, &mut search);
-        let limit = take(found, TetherBound::Longest);
+        search.record_touch(found, TetherBound::Longest);
         if self.shortest > 0.0 {
-            let atoms = AtomPair::new(&flight, self.circles);
+            let (atoms, limit) = (AtomPair::new(&flight, self.circles), search.limit());
             let found = atoms.first_contact(0.0, [f64::INFINITY, limit], &mut 0, &mut search);
-            take(found, TetherBound::Shortest);
+            search.record_touch(found, TetherBound::Shortest);
         }
-        first
+        search.answer().outcome
     }
 }
 

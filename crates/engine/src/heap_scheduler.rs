@@ -28,7 +28,7 @@
 
 use std::{cmp::Ordering, collections::BinaryHeap};
 
-use carom_detection::{DISC_LANES, Detection, DiscLanes, Outcome, TetherOutcome};
+use carom_detection::{DISC_LANES, Detection, DiscLanes, Outcome};
 use carom_geometry::Molecule;
 use carom_kinematics::{Motion, RelativeMotion};
 
@@ -536,13 +536,26 @@ impl HeapScheduler {
         let times = [0.0, self.limit - now];
         let outlines = pair.map(|body| world.bodies[body as usize].molecule().outline());
         let answer = world.first_contact(detection, pair, outlines, &relative, now, times);
-        let (later, kind) = match answer.outcome {
+        let outcome = answer.outcome.map(TouchingParts::from);
+        self.schedule_outcome(pair, image, outcome, now, Kind::Recheck);
+    }
+
+    /// Schedules what the search of a pair has found: a contact, or that it is to go on later.
+    fn schedule_outcome(
+        &mut self,
+        pair: [u32; 2],
+        image: [i64; 2],
+        outcome: Outcome<TouchingParts>,
+        now: f64,
+        recheck: Kind,
+    ) {
+        let (later, kind) = match outcome {
             Outcome::Free => return,
-            Outcome::Contact(contact) => (now + contact.time, Kind::Contact(contact.touch.into())),
-            Outcome::FreeUntil(time) => ((now + time).max(now.next_up()), Kind::Recheck),
+            Outcome::Contact(contact) => (now + contact.time, Kind::Contact(contact.touch)),
+            Outcome::FreeUntil(time) => ((now + time).max(now.next_up()), recheck),
             Outcome::Unresolved(time) => {
                 self.done.unresolved += 1;
-                ((now + time).max(now.next_up()), Kind::Recheck)
+                ((now + time).max(now.next_up()), recheck)
             }
             // The pair is predicted again in the next epoch, which starts from other numbers.
             Outcome::OutOfRange => {
@@ -568,23 +581,7 @@ impl HeapScheduler {
         self.done.pairs += 1;
         let motions = bodies.map(|body| &self.motions[body as usize]);
         let (outcome, image) = world.first_bond_event(bond, motions, now, self.limit - now);
-        let (later, kind) = match outcome {
-            TetherOutcome::Free => return,
-            TetherOutcome::Reached(time, bound) => {
-                let parts = TouchingParts::Bond(bond, bound);
-                (now + time, Kind::Contact(parts))
-            }
-            TetherOutcome::FreeUntil(time) => {
-                ((now + time).max(now.next_up()), Kind::BondRecheck(bond))
-            }
-            TetherOutcome::OutOfRange => {
-                self.done.unresolved += 1;
-                return;
-            }
-        };
-        if later <= self.limit {
-            self.schedule(bodies, image, later, kind);
-        }
+        self.schedule_outcome(bodies, image, outcome, now, Kind::BondRecheck(bond));
     }
 
     fn schedule(&mut self, pair: [u32; 2], image: [i64; 2], time: f64, kind: Kind) {

@@ -73,7 +73,7 @@ proptest! {
         // A fast rotor turns by roundings of its angle.
         let allowed = |_: f64| 1e-13 * (1.0 + spin.abs());
         let samples = Samples { count: 3000, depth: 1e-12 };
-        is_first_zero(answer, 10.0, gap, allowed, &samples)?;
+        is_first_zero(answer.outcome, 10.0, gap, allowed, &samples)?;
         let exchanged = Exact::default().first_contact(arc.outline(), molecule.outline(), &motion.exchanged(), 10.0);
         match (answer.outcome.contact(), exchanged.outcome.contact()) {
             (Some(one), Some(other)) => prop_assert_eq!((one.time, one.touch), (other.time, other.touch.exchanged())),

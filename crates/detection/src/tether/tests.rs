@@ -4,10 +4,9 @@ use carom_kinematics::{Motion, Orientation, RelativeMotion};
 use glam::DVec2;
 use proptest::prelude::*;
 
-use super::LongestLength;
-use super::{Tether, TetherBound, TetherError, TetherOutcome};
+use super::{LongestLength, Tether, TetherBound, TetherError};
 use crate::{
-    Answer, Contact, Outcome, Touch,
+    Contact, Outcome,
     error_bound::tests::{Big, PRECISION, Random, arm, big},
     first_zero::{Samples, is_first_zero},
     gap_search::GapFunction,
@@ -58,7 +57,7 @@ proptest! {
         let allowed = |_: f64| 1e-13 * (1.0 + fastest);
         let samples = Samples { count: 3000, depth: 1e-12 };
         let outcome = tether.first_event(&motion, 4.0);
-        is_first_zero(answer(outcome), 4.0, gap, allowed, &samples)?;
+        is_first_zero(outcome, 4.0, gap, allowed, &samples)?;
         // The same with the bodies exchanged, to the bit.
         prop_assert_eq!(outcome, tether.exchanged().first_event(&motion.exchanged(), 4.0));
     }
@@ -73,27 +72,10 @@ proptest! {
             ..RelativeMotion::exactly(DVec2::new(0.0, y), DVec2::new(factor, 0.0))
         };
         let event = |factor: f64| match tether.first_event(&of_unit(factor), f64::MAX) {
-            TetherOutcome::Reached(time, bound) => (time * factor, bound),
+            Outcome::Contact(contact) => (contact.time * factor, contact.touch),
             other => panic!("{other:?}"),
         };
         prop_assert_eq!(event(factor), event(1.0));
-    }
-}
-
-/// An event as the contact of two bodies.
-fn answer(outcome: TetherOutcome) -> Answer {
-    let outcome = match outcome {
-        TetherOutcome::Reached(time, _) => Outcome::Contact(Contact {
-            time,
-            touch: Touch::BoundingCircles,
-        }),
-        TetherOutcome::Free => Outcome::Free,
-        TetherOutcome::FreeUntil(time) => Outcome::FreeUntil(time),
-        TetherOutcome::OutOfRange => Outcome::OutOfRange,
-    };
-    Answer {
-        outcome,
-        evaluations: 0,
     }
 }
 
@@ -102,14 +84,12 @@ fn points_at_the_centres_are_decided_in_closed_form_to_rounding() {
     let tether = Tether::new([DVec2::ZERO; 2], [0.0, 5.0]).unwrap();
     // Past each other at the distance 3: a chord of half length 4.
     let motion = RelativeMotion::exactly(DVec2::new(-3.5, 3.0), DVec2::new(2.0, 0.0));
-    let TetherOutcome::Reached(time, TetherBound::Longest) = tether.first_event(&motion, 1e3)
-    else {
-        panic!("the tether ends")
-    };
+    let Contact { time, touch } = tether.first_event(&motion, 1e3).contact().unwrap();
+    assert_eq!(touch, TetherBound::Longest);
     assert!((time - 3.75).abs() < 8.0 * f64::EPSILON, "{time}");
     // Bodies at rest to each other never reach a bound.
     let still = RelativeMotion::exactly(DVec2::new(5.0, 0.0), DVec2::ZERO);
-    assert_eq!(tether.first_event(&still, 1e300), TetherOutcome::Free);
+    assert_eq!(tether.first_event(&still, 1e300), Outcome::Free);
 }
 
 #[test]
@@ -117,18 +97,16 @@ fn a_taut_tether_is_at_its_bound_only_while_the_points_part() {
     let tether = Tether::new([DVec2::ZERO; 2], [0.0, 1.0]).unwrap();
     for excess in [-1e-16, 0.0, 1e-16] {
         let place = DVec2::new(1.0 + excess, 0.0);
-        let of_speed =
-            |velocity| tether.first_event(&RelativeMotion::exactly(place, velocity), 10.0);
-        let TetherOutcome::Reached(time, TetherBound::Longest) = of_speed(DVec2::new(0.5, 0.3))
-        else {
-            panic!("the tether is taut")
+        let taut_after = |velocity| {
+            let motion = RelativeMotion::exactly(place, velocity);
+            let Contact { time, touch } = tether.first_event(&motion, 10.0).contact().unwrap();
+            assert_eq!(touch, TetherBound::Longest);
+            time
         };
+        let time = taut_after(DVec2::new(0.5, 0.3));
         assert!(time < 1e-15, "{time}");
         // A chord of length √2 at the speed √2.
-        let TetherOutcome::Reached(time, TetherBound::Longest) = of_speed(DVec2::new(-1.0, 1.0))
-        else {
-            panic!("the tether ends again")
-        };
+        let time = taut_after(DVec2::new(-1.0, 1.0));
         assert!((time - 1.0).abs() < 1e-15, "{time}");
     }
 }
@@ -149,12 +127,11 @@ fn no_number_of_events_stretches_a_tether() {
         for _ in 0..200_000 {
             let still = Motion::at_rest(DVec2::ZERO);
             let relative = RelativeMotion::between(&still, &motion, DVec2::ZERO, motion.time);
-            let TetherOutcome::Reached(after, _) = tether.first_event(&relative, 1e3) else {
-                panic!("a body that moves reaches a bound")
-            };
+            let event = tether.first_event(&relative, 1e3).contact();
+            let event = event.expect("a body that moves reaches a bound");
             motion = Motion {
                 time: 0.0,
-                ..motion.at(motion.time + after)
+                ..motion.at(motion.time + event.time)
             };
             let turned = motion.orientation.cos_sin().rotate(DVec2::new(arm, 0.0));
             let d = motion.position + turned;
@@ -199,7 +176,7 @@ fn bounds_and_points_that_cannot_be_are_refused() {
     // Numbers of a query are looked at, too.
     let lost = RelativeMotion::exactly(DVec2::new(f64::NAN, 0.0), DVec2::X);
     let outcome = new(0.0, [0.0, 1.0]).unwrap().first_event(&lost, 1.0);
-    assert_eq!(outcome, TetherOutcome::OutOfRange);
+    assert_eq!(outcome, Outcome::OutOfRange);
 }
 
 /// The computed gap and its rate differ from those of 48 digits by no more than their bounds.

@@ -92,8 +92,7 @@ pub(crate) fn missing_impulse(
         let resolved = match (parts, parts.touch()) {
             (TouchingParts::Bond(bond, bound), _) => {
                 let tether = &world.bonds()[bond as usize].tether;
-                let shift = world.bounds.shift(world.nearest_image(before));
-                relative.separation += shift;
+                relative.separation += world.nearest_shift(before);
                 tether.resolved_speed(bound, &relative)
             }
             (_, Some(touch)) => {

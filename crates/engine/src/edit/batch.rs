@@ -685,9 +685,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let resolves = |world: &World, elasticity: &ElasticityTable| {
             let checked = refuse_unresolved(world, elasticity);
             let checked = checked.and_then(|()| refuse_unsearched(world, &self.detection));
-            checked.map_err(|reason| {
-                reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
-            })
+            checked.map_err(|reason| reason.named(world.naming(&names)))
         };
         if !moves && !relabels {
             return Ok(());
@@ -695,24 +693,15 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if moves {
             world.keep_bodies(|index| !removed[index]);
         }
-        refuse_drag(&world, |body| {
-            BodyName::new(&world.bodies[body], &names).to_string()
-        })?;
+        refuse_drag(&world, world.naming(&names))?;
         refuse_gravity(&world)?;
         elasticity.classify(&mut world, &self.response, &mut reactions)?;
-        refuse_shear(&world, |body| {
-            BodyName::new(&world.bodies[body], &names).to_string()
-        })?;
-        refuse_pistons(&world, |body| {
-            BodyName::new(&world.bodies[body], &names).to_string()
-        })?;
-        refuse_bonds(&world, &elasticity, |body| {
-            BodyName::new(&world.bodies[body], &names).to_string()
-        })?;
+        refuse_shear(&world, world.naming(&names))?;
+        refuse_pistons(&world, world.naming(&names))?;
+        refuse_bonds(&world, &elasticity, world.naming(&names))?;
         resolves(&world, &elasticity)?;
         if may_reveal && let Some((pair, depth)) = first_overlap(&world) {
-            let [first, second] =
-                pair.map(|body| BodyName::new(&world.bodies[body], &names).to_string());
+            let [first, second] = pair.map(world.naming(&names));
             return Err(SceneError::Overlap {
                 first,
                 second,
@@ -735,12 +724,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if let Some(offset) = offset {
             world.rebase(offset);
         }
-        refuse_stretched(&world, |body| {
-            BodyName::new(&world.bodies[body], &names).to_string()
-        })?;
-        let scheduler = S::checked(&self.scheduler_options, &world).map_err(|reason| {
-            reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
-        })?;
+        refuse_stretched(&world, world.naming(&names))?;
+        let scheduler = S::checked(&self.scheduler_options, &world)
+            .map_err(|reason| reason.named(world.naming(&names)))?;
         self.ledger.put_in += exact_sum(
             world
                 .energies()

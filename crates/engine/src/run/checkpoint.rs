@@ -46,7 +46,7 @@ use crate::{
     },
     world::{
         World,
-        body::{BodyKey, BodyKind, BodyName, Rotation},
+        body::{BodyKey, BodyKind, Rotation},
         counters::{Counters, Ledger, SchedulerCounters},
         drives::Oscillation,
         heat::HeatByTag,
@@ -402,24 +402,14 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         let mut reactions = checkpoint.reactions.table(&mut names)?;
         elasticity.classify(&mut world, &response, &mut reactions)?;
         refuse_gravity(&world)?;
-        refuse_shear(&world, |body| {
-            BodyName::new(&world.bodies[body], &names).to_string()
-        })?;
-        refuse_pistons(&world, |body| {
-            BodyName::new(&world.bodies[body], &names).to_string()
-        })?;
-        refuse_bonds(&world, &elasticity, |body| {
-            BodyName::new(&world.bodies[body], &names).to_string()
-        })?;
-        refuse_stretched(&world, |body| {
-            BodyName::new(&world.bodies[body], &names).to_string()
-        })?;
+        refuse_shear(&world, world.naming(&names))?;
+        refuse_pistons(&world, world.naming(&names))?;
+        refuse_bonds(&world, &elasticity, world.naming(&names))?;
+        refuse_stretched(&world, world.naming(&names))?;
         let checked = refuse_unresolved(&world, &elasticity);
         checked
             .and_then(|()| refuse_unsearched(&world, &detection))
-            .map_err(|reason| {
-                reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
-            })?;
+            .map_err(|reason| reason.named(world.naming(&names)))?;
         let is_axis = |axis: &Orientation| axis.turns().abs() <= 0.5;
         if checkpoint.axes.len() > world.bodies.len()
             || !checkpoint.axes.iter().flatten().all(is_axis)
@@ -441,9 +431,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
                 value,
             });
         }
-        let scheduler = S::checked(&options, &world).map_err(|reason| {
-            reason.named(|body| BodyName::new(&world.bodies[body], &names).to_string())
-        })?;
+        let scheduler =
+            S::checked(&options, &world).map_err(|reason| reason.named(world.naming(&names)))?;
         Ok(Self {
             counters: checkpoint.counters,
             work_before: checkpoint.counters.scheduler,

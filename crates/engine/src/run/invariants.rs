@@ -1,6 +1,6 @@
 //! Check of all invariants by brute force, for tests, after each event.
 
-use carom_detection::{Detection, DiscLanes, Exact, TetherOutcome};
+use carom_detection::{Detection, DiscLanes, Exact};
 use carom_kinematics::EpochTime;
 use carom_response::Response;
 use thiserror::Error;
@@ -131,9 +131,9 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
             let motions = bond.bodies.map(|body| &world.motions[body as usize]);
             let limit = soonest.map_or(horizon, |(_, _, time)| time);
             let (outcome, _) = world.first_bond_event(number, motions, self.offset, limit);
-            if let TetherOutcome::Reached(time, _) = outcome {
+            if let Some(contact) = outcome.contact() {
                 let [a, b] = bond.bodies.map(|body| body as usize);
-                soonest = Some((a, b, time));
+                soonest = Some((a, b, contact.time));
             }
         }
         for i in 0..world.bodies.len() {

@@ -7,13 +7,14 @@ use carom_response::Elasticity;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::scene::is_default;
+use crate::scene::{is_default, is_one, one};
 
 /// Bonds of one kind between bodies of the scene.
 ///
 /// The two points of a bond fly freely while their distance is between `min` and `max`. At `max`
 /// the bond is taut, and the points bounce back; at `min` they bounce like surfaces that touch.
-/// With a small `max` the two bodies are hinged at these points, for about 1/`max` events a time.
+/// With a small `max` the two bodies are hinged at these points; the number of events of the bond
+/// in a time goes as 1/`max`.
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation};
@@ -206,13 +207,4 @@ impl ChainSpec {
         }
         Ok(())
     }
-}
-
-fn one() -> f64 {
-    1.0
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
-fn is_one(value: &f64) -> bool {
-    *value == 1.0
 }

@@ -9,6 +9,8 @@ use serde::{
     ser::SerializeMap,
 };
 
+use crate::scene::is_zero;
+
 /// Elasticity of contacts.
 ///
 /// After a contact that changes energy, surfaces separate at least at four times the speed that
@@ -142,11 +144,6 @@ const SMOOTH: f64 = -1.0;
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
 fn is_smooth(tangential: &f64) -> bool {
     *tangential == SMOOTH
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
-fn is_zero(number: &f64) -> bool {
-    *number == 0.0
 }
 
 fn smooth() -> f64 {

@@ -5,7 +5,7 @@
 use carom_geometry::MAX_MAGNITUDE;
 use serde::{Deserialize, Serialize};
 
-use crate::scene::MoleculeSpec;
+use crate::scene::{MoleculeSpec, is_one, is_zero, one};
 
 /// The word for a body that a reaction removes, in place of a tag.
 pub(crate) const NOTHING: &str = "nothing";
@@ -112,18 +112,4 @@ impl ReactionSpec {
         };
         format!("{first} + {second} → {product}")
     }
-}
-
-fn one() -> f64 {
-    1.0
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
-fn is_one(value: &f64) -> bool {
-    *value == 1.0
-}
-
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
 }

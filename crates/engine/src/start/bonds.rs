@@ -1,5 +1,6 @@
 //! The bonds of a scene: its lists, and those along the chains of its gases.
 
+use carom_geometry::Molecule;
 use carom_response::Elasticity;
 use glam::DVec2;
 
@@ -13,6 +14,7 @@ use crate::{
     start::species::Species,
     world::{
         World,
+        body::Body,
         rounding_bound::rounding_bound,
         tethers::{Bond, Tethers},
     },
@@ -165,6 +167,17 @@ pub(crate) fn problem_of(
     SceneError::of_entry(&format!("the bond of {a} and {b}"), problem)
 }
 
+/// The length below which two discs tied at their centres overlap; 0 for other bodies, which may
+/// overlap at any length. `factor` is that of the pair on the distance at contact.
+pub(crate) fn contact_length(points: [DVec2; 2], molecules: [&Molecule; 2], factor: f64) -> f64 {
+    if points == [DVec2::ZERO; 2] && molecules.iter().all(|molecule| molecule.is_disc()) {
+        let [a, b] = molecules.map(Molecule::bounding_radius);
+        factor * (a + b)
+    } else {
+        0.0
+    }
+}
+
 /// Refuses bonds of bodies that cannot be tied, and where images are ambiguous.
 fn refuse_impossible(world: &World, entry: impl Fn(usize) -> String) -> Result<(), SceneError> {
     let problem = |bond: &Bond, problem: String| Err(problem_of(bond, &entry, problem));
@@ -182,12 +195,10 @@ fn refuse_impossible(world: &World, entry: impl Fn(usize) -> String) -> Result<(
                 ),
             );
         }
-        let [mut shortest, longest] = bond.tether.bounds();
-        let at_centres = bond.tether.points() == [DVec2::ZERO; 2];
-        if at_centres && bodies.iter().all(|body| body.molecule().is_disc()) {
-            let [a, b] = bodies.map(|body| body.molecule().bounding_radius());
-            shortest = shortest.max(world.pairs.factor(bodies[0], bodies[1]) * (a + b));
-        }
+        let [shortest, longest] = bond.tether.bounds();
+        let factor = world.pairs.factor(bodies[0], bodies[1]);
+        let molecules = bodies.map(Body::molecule);
+        let shortest = shortest.max(contact_length(bond.tether.points(), molecules, factor));
         let least = MIN_ROOM * world.bounds.sides().max_element();
         if longest - shortest < least {
             return problem(

@@ -16,6 +16,7 @@ use crate::{
     scene::{bond_spec::ChainSpec, error::SceneError, random::direction},
     start::{
         body_builder::insert,
+        bonds::contact_length,
         place::{Place, TRIALS},
         sites::Sites,
         species::Species,
@@ -335,14 +336,10 @@ impl Species {
     /// tied at their centres do not overlap.
     fn room_of_tether(&self, chain: &ChainSpec, bodies: [usize; 2], world: &World) -> [f64; 2] {
         let tether = &chain.tether;
-        let touching = if tether.points == [[0.0; 2]; 2] && self.molecule(bodies[0]).is_disc() {
-            let factor = world.pairs.factor_of_tags(&self.pair_tags, &self.pair_tags);
-            let [a, b] = bodies.map(|body| self.molecule(body).bounding_radius());
-            factor * (a + b)
-        } else {
-            0.0
-        };
-        let shortest = touching.max(tether.min);
+        let factor = world.pairs.factor_of_tags(&self.pair_tags, &self.pair_tags);
+        let molecules = bodies.map(|body| &**self.molecule(body));
+        let points = tether.points.map(DVec2::from);
+        let shortest = contact_length(points, molecules, factor).max(tether.min);
         let margin = MARGIN * (tether.max - shortest);
         [shortest + margin, tether.max - margin]
     }

@@ -29,12 +29,12 @@ use carom_kinematics::{DragClock, EpochTime, Motion, Orientation, kinetic_energy
 use glam::DVec2;
 
 use crate::world::{
-    body::{Body, BodyKey, BodyKind},
+    body::{Body, BodyKey, BodyKind, BodyName},
     counters::Ledger,
     drives::Oscillation,
     pair_table::PairTable,
     pistons::Piston,
-    tags::Tags,
+    tags::{TagNames, Tags},
     tethers::Tethers,
     wall_table::WallTable,
 };
@@ -134,6 +134,11 @@ impl World {
             has_rough_contacts: false,
             keeps_spins: false,
         }
+    }
+
+    /// The names of bodies in error messages, by their indices.
+    pub(crate) fn naming<'a>(&'a self, tags: &'a TagNames) -> impl Fn(usize) -> String + 'a {
+        |index| BodyName::new(&self.bodies[index], tags).to_string()
     }
 
     /// The periodic box, with its tilt at the start of the epoch.

@@ -1,6 +1,6 @@
 //! Tethers between bodies: which two bodies each of them ties, and the next event of one.
 
-use carom_detection::{Tether, TetherError, TetherOutcome};
+use carom_detection::{Outcome, Tether, TetherError};
 use carom_kinematics::Motion;
 use carom_response::Elasticity;
 use glam::DVec2;
@@ -8,6 +8,7 @@ use glam::DVec2;
 use crate::world::{
     World,
     body::BodyKey,
+    contact_event::TouchingParts,
     view::{View, body_at},
 };
 
@@ -170,8 +171,7 @@ impl<'a> View<'a> {
                 .bodies
                 .map(|body| body_at(world, body as usize, offset));
             let motions = [&a.motion, &b.motion];
-            let shift = world.bounds.shift(world.nearest_image(motions));
-            let (span, arms) = World::span_of_bond(bond, motions, shift);
+            let (span, arms) = World::span_of_bond(bond, motions, world.nearest_shift(motions));
             BondView {
                 bond,
                 bodies: [a.body.key(), b.body.key()],
@@ -221,6 +221,11 @@ impl World {
         [apart.x as i64, apart.y as i64]
     }
 
+    /// The shift of the second body to its nearest image (length).
+    pub(crate) fn nearest_shift(&self, motions: [&Motion; 2]) -> DVec2 {
+        self.bounds.shift(self.nearest_image(motions))
+    }
+
     /// The first event of a bond from `now` (offset in the epoch) up to `horizon` (time from now),
     /// with the present motions of its two bodies, and the image of the second that it holds.
     pub fn first_bond_event(
@@ -229,12 +234,13 @@ impl World {
         motions: [&Motion; 2],
         now: f64,
         horizon: f64,
-    ) -> (TetherOutcome, [i64; 2]) {
+    ) -> (Outcome<TouchingParts>, [i64; 2]) {
         let Bond { bodies, tether, .. } = &self.tethers.bonds[bond as usize];
         let here = motions.map(|motion| motion.at(now));
         let image = self.nearest_image([&here[0], &here[1]]);
         let relative = self.relative_motion(*bodies, motions, image, now);
-        (tether.first_event(&relative, horizon), image)
+        let outcome = tether.first_event(&relative, horizon);
+        (outcome.map(|bound| TouchingParts::Bond(bond, bound)), image)
     }
 
     /// The vector between the points of a bond from its first to its second body (length), and the
@@ -254,8 +260,7 @@ impl World {
     /// negative between its bounds. Motions are those stored at the start of an epoch.
     pub(crate) fn excess_of_bond(&self, bond: &Bond) -> f64 {
         let [a, b] = bond.bodies.map(|body| &self.motions[body as usize]);
-        let image = self.nearest_image([a, b]);
-        let (between, _) = Self::span_of_bond(bond, [a, b], self.bounds.shift(image));
+        let (between, _) = Self::span_of_bond(bond, [a, b], self.nearest_shift([a, b]));
         bond.excess(between.length())
     }
 }

@@ -13,14 +13,14 @@ use crate::{
         frame::CellFrame,
         state::CellState,
     },
-    scheduler::{ContactEvent, ordered},
+    scheduler::{ContactEvent, TouchingParts, ordered},
     world::{World, shear::Seam},
 };
 
 /// The earliest event found so far for a body.
 pub(in crate::cells) struct EarliestEvent {
     pub time: f64,
-    pub(super) kind: RecordKind,
+    pub kind: RecordKind,
     partner: u32,
     pending: Pending,
 }
@@ -63,7 +63,7 @@ impl EarliestEvent {
         };
     }
 
-    pub(in crate::cells) fn offer_recheck(&mut self, time: f64) {
+    fn offer_recheck(&mut self, time: f64) {
         if time < self.time {
             (self.time, self.kind, self.partner) = (time, RecordKind::Recheck, 0);
         }
@@ -97,20 +97,28 @@ impl<F: CellFrame> CellState<F> {
         let outlines = pair.map(|body| self.molecule(world, body).outline());
         let times = [bound, best.time.min(self.limit) - now];
         let answer = world.first_contact(detection, pair, outlines, &relative, now, times);
-        match answer.outcome {
+        let outcome = answer.outcome.map(TouchingParts::from);
+        self.offer(body, (other, seen), outcome, now, best);
+    }
+
+    /// Replaces the best event of a body by what the search of it and an image of another has
+    /// found, if that precedes it.
+    #[inline]
+    pub(in crate::cells) fn offer(
+        &mut self,
+        body: u32,
+        (other, seen): (u32, [i32; 2]),
+        outcome: Outcome<TouchingParts>,
+        now: f64,
+        best: &mut EarliestEvent,
+    ) {
+        match outcome {
             Outcome::Free => {}
             Outcome::Contact(contact) => {
                 let time = now + contact.time;
                 if best.is_preceded_by(time, other) {
-                    let image = self.path_image([body, other], seen);
-                    best.set_contact(
-                        time,
-                        other,
-                        Pending {
-                            parts: contact.touch.into(),
-                            image,
-                        },
-                    );
+                    let (parts, image) = (contact.touch, self.path_image([body, other], seen));
+                    best.set_contact(time, other, Pending { parts, image });
                 }
             }
             Outcome::FreeUntil(time) => best.offer_recheck((now + time).max(now.next_up())),
