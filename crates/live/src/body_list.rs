@@ -12,9 +12,9 @@ use std::{
 
 use carom::{
     Molecule, View,
-    engine::{BodyView, BondView},
+    engine::BodyView,
     geometry::{Contour, Interior},
-    observers::{colour, coloured_kinds, drawn_circles, drawn_contours},
+    observers::{colour, coloured_kinds, drawn_bonds, drawn_circles, drawn_contours},
 };
 use glam::DVec2;
 use serde::Serialize;
@@ -61,21 +61,6 @@ struct Head<'a> {
     bonds: Vec<([u32; 2], [f64; 4])>,
     /// Time of the list.
     time: f64,
-}
-
-/// The bonds between bodies, which are listed in this order by their numbers.
-fn bonds(view: &View<'_>, ids: &[u32]) -> Vec<([u32; 2], [f64; 4])> {
-    let place = |id: u64| {
-        ids.binary_search(&(id as u32))
-            .ok()
-            .map(|place| place as u32)
-    };
-    let of_bond = |bond: BondView<'_>| {
-        let [a, b] = bond.bodies.map(|key| place(key.id()));
-        let [from, to] = bond.bond.tether.points();
-        Some(([a?, b?], [from.x, from.y, to.x, to.y]))
-    };
-    view.bonds().filter_map(of_bond).collect()
 }
 
 /// Pivot of a wall (length), the velocity of that, and the angular velocity.
@@ -136,7 +121,10 @@ impl BodyList {
             listed.shapes.push(shape);
             listed.kinds.push(kind as u16);
         }
-        head.bonds = bonds(view, &listed.ids);
+        head.bonds = drawn_bonds(view, |name| {
+            let place = listed.ids.binary_search(&(name as u32));
+            place.ok().map(|place| place as u32)
+        });
         let turns = head.shapes.iter().any(|circles| circles.len() > 1);
         Self {
             version,

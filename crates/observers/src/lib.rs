@@ -103,6 +103,7 @@ mod disclinations;
 mod disjoint_sets;
 mod distinct_van_hove;
 mod distribution;
+mod drawn_bonds;
 mod drawn_contours;
 mod drift;
 mod energy_ledger;
@@ -225,6 +226,8 @@ pub use carom_tables::Estimate;
 // Parts that pictures and reports of runs share; no user of the library needs them.
 #[doc(hidden)]
 pub use coarse_atoms::{MAX_CIRCLES, drawn_circles};
+#[doc(hidden)]
+pub use drawn_bonds::drawn_bonds;
 #[doc(hidden)]
 pub use drawn_contours::{drawn_contours, packed_contours};
 #[doc(hidden)]

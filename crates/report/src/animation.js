@@ -178,7 +178,7 @@
       context.fill();
     }
     context.lineCap = "round";
-    for (const [a, b, [ax, ay, bx, by]] of animation.bonds || []) {
+    for (const [[a, b], [ax, ay, bx, by]] of animation.bonds || []) {
       const end = ([x, y, angle], px, py) => {
         const [cos, sin] = [Math.cos(angle), Math.sin(angle)];
         return [x + cos * px - sin * py, y + sin * px + cos * py];

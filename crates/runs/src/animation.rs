@@ -15,8 +15,11 @@ use std::collections::BTreeMap;
 use anyhow::{Context, Result};
 use carom::{
     CollisionReport, Observer, View,
-    engine::{Body, BodyView, BondView},
-    observers::{FlightLog, LoggedFlight, colour, coloured_kinds, drawn_circles, packed_contours},
+    engine::{Body, BodyView},
+    observers::{
+        FlightLog, LoggedFlight, colour, coloured_kinds, drawn_bonds, drawn_circles,
+        packed_contours,
+    },
 };
 use carom_geometry::Edge;
 use carom_methods::AnySimulation;
@@ -94,7 +97,7 @@ struct Animation {
     /// Bonds at the start: the numbers of the two bodies, and the points of each in its frame
     /// (length).
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    bonds: Vec<(usize, usize, [f64; 4])>,
+    bonds: Vec<([u32; 2], [f64; 4])>,
     /// For each flight: the body's number as three digits; then time, position and velocity; then,
     /// unless the body is a disc, orientation in turns and angular velocity.
     flights: String,
@@ -321,7 +324,9 @@ impl Animation {
             bodies,
             walls: walls(view, part),
             pistons: pistons(view, part, flights),
-            bonds: bonds(view, &number_of),
+            bonds: drawn_bonds(view, |name| {
+                number_of.get(&name).map(|number| *number as u32)
+            }),
             flights: String::new(),
         };
         for flight in flights {
@@ -367,16 +372,6 @@ impl Animation {
             );
         }
     }
-}
-
-/// The bonds between visible bodies, whose numbers are given by their names.
-fn bonds(view: &View<'_>, number_of: &BTreeMap<u64, usize>) -> Vec<(usize, usize, [f64; 4])> {
-    let of_bond = |bond: BondView<'_>| {
-        let [a, b] = bond.bodies.map(|key| number_of.get(&key.id()).copied());
-        let [from, to] = bond.bond.tether.points();
-        Some((a?, b?, [from.x, from.y, to.x, to.y]))
-    };
-    view.bonds().filter_map(of_bond).collect()
 }
 
 /// The paths of the visible pistons.
