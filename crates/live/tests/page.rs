@@ -4,7 +4,7 @@ use std::{fs, net::Ipv4Addr, net::SocketAddr, path::Path, thread};
 
 use crate::browser::Browser;
 use carom::Scene;
-use carom_live::Server;
+use carom_live::{LaboratoryEnd, Server};
 use carom_runs::{
     checkpoint_file,
     interruption::Signals,
@@ -240,11 +240,17 @@ fn another_page_watches(program: &str, address: &str) {
     assert_eq!(page.faults, Vec::<String>::new());
 }
 
-#[test]
-fn controls_work_while_a_scene_is_open_and_the_server_is_there() {
-    let Some(program) = chromium::browser("the controls of carom live") else {
-        return;
-    };
+/// A server, and a browser with its page.
+struct Opened {
+    page: Browser,
+    signals: Signals,
+    served: thread::JoinHandle<anyhow::Result<LaboratoryEnd>>,
+    /// The folder of the server, which is removed at the end.
+    _root: tempfile::TempDir,
+}
+
+/// Opens the page of a server that has no scene: it shows the gallery.
+fn gallery(program: &'static str) -> Opened {
     let root = tempfile::tempdir().unwrap();
     let signals = Signals::default();
     let any = SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0);
@@ -257,6 +263,25 @@ fn controls_work_while_a_scene_is_open_and_the_server_is_there() {
         "document.readyState === 'complete' && document.querySelectorAll('#gallery button').length > 5",
     );
     page.eval(HELPERS);
+    Opened {
+        page,
+        signals,
+        served,
+        _root: root,
+    }
+}
+
+#[test]
+fn controls_work_while_a_scene_is_open_and_the_server_is_there() {
+    let Some(program) = chromium::browser("the controls of carom live") else {
+        return;
+    };
+    let Opened {
+        mut page,
+        signals,
+        served,
+        ..
+    } = gallery(program);
     let disabled = "[...document.querySelectorAll('.writes')].map((part) => part.disabled).join()";
     assert_eq!(page.eval(disabled), "true,true,true,true,true");
     page.eval("[...document.querySelectorAll('#gallery button')].find((e) => e.textContent.includes('sinai')).click()");
@@ -278,18 +303,12 @@ fn a_scene_file_is_written_in_the_page_and_its_fault_is_shown_by_line() {
     let Some(program) = chromium::browser("the editor of carom live") else {
         return;
     };
-    let root = tempfile::tempdir().unwrap();
-    let signals = Signals::default();
-    let any = SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0);
-    let server = Server::bind(any, root.path(), signals.clone()).unwrap();
-    let address = server.address().to_owned();
-    let served = thread::spawn(move || server.serve(None));
-    let mut page = Browser::start(program);
-    page.call("Page.navigate", &json!({ "url": address }));
-    page.until(
-        "document.readyState === 'complete' && document.querySelectorAll('#gallery button').length > 5",
-    );
-    page.eval(HELPERS);
+    let Opened {
+        mut page,
+        signals,
+        served,
+        ..
+    } = gallery(program);
     page.eval("press('edit')");
     page.until("document.activeElement.id === 'scene-text'");
     assert_eq!(

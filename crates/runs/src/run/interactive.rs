@@ -547,14 +547,10 @@ impl InteractiveRun {
     /// A thermostat has acted more often than a scene file allows (see [`Self::renew`]); the run
     /// cannot continue.
     pub fn files(&self, path: &Path) -> Result<(Saved, Vec<NamedFile>)> {
-        let (saved, scene, files) = self.saved_at(path)?;
-        let mut files: Vec<_> = files
-            .into_iter()
-            .map(|(name, content)| (name.to_owned(), content))
-            .collect();
-        let mut names: Vec<_> = files.iter().map(|(name, _)| name.clone()).collect();
-        names.retain(|name| name != CHECKPOINT);
-        names.push(MANIFEST.to_owned());
+        let (saved, scene, mut files) = self.saved_at(path)?;
+        let listed = files.iter().map(|(name, _)| name.clone());
+        let listed = listed.filter(|name| name != CHECKPOINT);
+        let names = listed.chain([MANIFEST.to_owned()]).collect();
         let manifest = Manifest::new(&saved.command, &[&scene], None).text_with(names)?;
         files.insert(0, (MANIFEST.to_owned(), manifest.into_bytes()));
         Ok((saved, files))
@@ -562,7 +558,7 @@ impl InteractiveRun {
 
     /// The run at the end of the present epoch: what it is called in the folder `path`, its scene,
     /// and its files without the manifest.
-    fn saved_at(&self, path: &Path) -> Result<(Saved, Scene, RunFiles)> {
+    fn saved_at(&self, path: &Path) -> Result<(Saved, Scene, Vec<NamedFile>)> {
         let mut ahead = self.clone();
         let (state, mut left_out) = match ahead.run_to_end_of_epoch()? {
             Some(state) => (state, Vec::new()),
@@ -598,21 +594,25 @@ impl InteractiveRun {
         Ok((saved, scene, files))
     }
 
-    /// The files of the run of `scene` with a checkpoint of this state, without the manifest.
-    fn files_of(&self, scene: &Scene, state: &Checkpoint) -> Result<RunFiles> {
+    /// The files of the run of `scene` without the manifest, in the order in which they are
+    /// written; the last is a checkpoint of this state.
+    fn files_of(&self, scene: &Scene, state: &Checkpoint) -> Result<Vec<NamedFile>> {
         let view = self.simulation.view();
         let mut measures = Measures::new(scene, &view)?;
         measures.start(&view);
         let done = self.done_of(scene, state.time());
-        let mut files = RunFiles::new();
+        let mut files = Vec::new();
         if let Some(frame) = &scene.start.snapshot {
-            files.push((START, frame.as_bytes().to_vec()));
+            files.push((START.to_owned(), frame.as_bytes().to_vec()));
         }
-        files.push(("config.toml", scene.to_toml().into_bytes()));
-        files.push((PICTURES[0], picture_of(&view, PICTURE).into_bytes()));
+        files.push(("config.toml".to_owned(), scene.to_toml().into_bytes()));
+        files.push((
+            PICTURES[0].to_owned(),
+            picture_of(&view, PICTURE).into_bytes(),
+        ));
         let what = describe(scene, None);
         let checkpoint = resumable::encode_going(&what, scene.run.until, done, state, &measures)?;
-        files.push((CHECKPOINT, checkpoint));
+        files.push((CHECKPOINT.to_owned(), checkpoint));
         Ok(files)
     }
 
@@ -729,16 +729,12 @@ impl InteractiveRun {
 /// The name and the content of a file.
 pub type NamedFile = (String, Vec<u8>);
 
-/// Files of a run with their names, in the order in which they are written; the last is the
-/// checkpoint.
-type RunFiles = Vec<(&'static str, Vec<u8>)>;
-
 /// Writes the files of a run, with its manifest, into a new folder.
-fn write(path: &Path, scene: &Scene, command: &str, files: &RunFiles) -> Result<()> {
+fn write(path: &Path, scene: &Scene, command: &str, files: &[NamedFile]) -> Result<()> {
     let (folder, _lock) = Folder::claim(path, Existing::Refuse)?;
     Manifest::write_new(&folder, command, &[scene])?;
     for (name, content) in files {
-        if *name == CHECKPOINT {
+        if name == CHECKPOINT {
             // A state is not listed.
             write_lasting(&path.join(name), &[content])?;
         } else {
