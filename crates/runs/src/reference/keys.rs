@@ -210,13 +210,20 @@ fn type_of(schema: &Value, property: &Value) -> String {
         }));
     }
     // In the plural, of each alternative; entries of any type have no name.
-    let of = || type_of(schema, &entry["items"]).replace(", ", "s, ");
+    let of = || {
+        let item = type_of(schema, &entry["items"]);
+        match resolved(schema, &entry["items"])["type"].as_str() {
+            Some("array") => format!("lists of {}", item.trim_start_matches("list of ")),
+            _ if item.is_empty() => item,
+            _ => format!("{}s", item.trim_end_matches('s').replace(", ", "s, ")),
+        }
+    };
     match entry["type"].as_str() {
         Some("array") => match (entry["minItems"].as_u64(), entry["maxItems"].as_u64()) {
-            (Some(least), Some(most)) if least == most => format!("{most} {}s", of()),
-            (Some(least), Some(most)) => format!("{least} to {most} {}s", of()),
+            (Some(least), Some(most)) if least == most => format!("{most} {}", of()),
+            (Some(least), Some(most)) => format!("{least} to {most} {}", of()),
             _ if of().is_empty() => "list".to_owned(),
-            _ => format!("list of {}s", of().trim_end_matches('s')),
+            _ => format!("list of {}", of()),
         },
         Some("object") => "table".to_owned(),
         Some(name) => name.to_owned(),
