@@ -51,3 +51,4 @@ mod thermal_walls;
 mod time;
 mod velocities;
 mod walls;
+mod wells;

@@ -15,7 +15,7 @@
 //! body's cell lists the wall; every cell from which the wall can be touched in the epoch lists it.
 //!
 //! 1. **Contact implies relation.** *Proof.* A cell is at least as long as any two bodies reach.
-//!    Bodies with a bond are related at all times.
+//!    Bodies with a bond, and discs in their well, are related at all times.
 //! 2. **A relation begins with a prediction.** *Proof.* It begins at the start of an epoch, or when
 //!    one of the two enters a cell; in both cases the pair is predicted at that moment.
 //! 3. **A new motion is predicted.** When a motion changes, all related pairs of its body are
@@ -135,6 +135,7 @@ impl Scheduler for HeapScheduler {
     const RUNS_PISTONS: bool = true;
     const RUNS_SHEAR: bool = true;
     const RUNS_TETHERS: bool = true;
+    const RUNS_WELLS: bool = true;
 
     fn new(cells_per_side: &CellsPerSide, world: &World) -> Result<Self, GridError> {
         Ok(Self {
@@ -180,6 +181,7 @@ impl Scheduler for HeapScheduler {
             self.gather(world, body, &mut neighbours, counts);
             self.predict(world, detection, body, &neighbours, 0.0);
             self.predict_bonds(world, body, counts, 0.0);
+            self.predict_steps(world, body, counts, 0.0);
             self.schedule_crossing(world, body, 0.0);
         }
         self.neighbours = neighbours;
@@ -302,6 +304,7 @@ impl EventQueue for HeapScheduler {
             self.gather(world, body, &mut neighbours, counts);
             self.predict(world, detection, body, &neighbours, now);
             self.predict_bonds(world, body, counts, now);
+            self.predict_steps(world, body, counts, now);
             self.schedule_crossing(world, body, now);
         }
         self.neighbours = neighbours;
@@ -582,6 +585,18 @@ impl HeapScheduler {
         let motions = bodies.map(|body| &self.motions[body as usize]);
         let (outcome, image) = world.first_bond_event(bond, motions, now, self.limit - now);
         self.schedule_outcome(bodies, image, outcome, now, Kind::BondRecheck(bond));
+    }
+
+    /// Predicts the steps of a disc in the wells of the discs that count.
+    fn predict_steps(&mut self, world: &World, body: u32, counts: impl Fn(u32) -> bool, now: f64) {
+        for partner in world.in_wells_of(body).filter(|&partner| counts(partner)) {
+            self.done.pairs += 1;
+            let bodies = [body.min(partner), body.max(partner)];
+            let motions = bodies.map(|body| &self.motions[body as usize]);
+            let (outcome, image) = world.first_step(bodies, motions, now, self.limit - now);
+            // In closed form: the search never ends with a time until which the pair is free.
+            self.schedule_outcome(bodies, image, outcome, now, Kind::Recheck);
+        }
     }
 
     fn schedule(&mut self, pair: [u32; 2], image: [i64; 2], time: f64, kind: Kind) {

@@ -93,6 +93,7 @@ pub use scene::stop_spec::StopSpec;
 pub use scene::thermostat_rule::{LangevinStep, SelfPropulsion, ThermostatRule};
 pub use scene::thermostat_target::ThermostatTarget;
 pub use scene::wall_motion::{MoveWallSpec, WallMotionSpec};
+pub use scene::well_spec::WellSpec;
 pub use scene::{
     ArcSpec, BoxSpec, BumperSpec, MoleculeSpec, Placement, RunSpec, Scene, StageSpec, StartSpec,
     WallSpec,
@@ -110,6 +111,7 @@ pub use world::report::{CollisionReport, Side};
 pub use world::tags::{Tag, TagNames, Tags};
 pub use world::tethers::{Bond, BondEnd, BondView};
 pub use world::view::{BodyView, View};
+pub use world::wells::PairInWell;
 
 // Parts that runs of scenes and tests of accuracy share; no user of the library needs them.
 #[doc(hidden)]

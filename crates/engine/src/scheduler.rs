@@ -293,6 +293,11 @@ pub trait Scheduler: Sized {
     /// scenes with bonds are refused.
     const RUNS_TETHERS: bool = false;
 
+    /// Whether it predicts the steps of discs in their wells ([`World::in_wells_of`],
+    /// [`World::first_step`]) with every prediction of one of them. Default: false, and scenes with
+    /// wells are refused.
+    const RUNS_WELLS: bool = false;
+
     /// Creates a scheduler for this world, without an epoch.
     ///
     /// # Errors
@@ -300,11 +305,11 @@ pub trait Scheduler: Sized {
     fn new(options: &Self::Options, world: &World) -> Result<Self, GridError>;
 
     /// Creates a scheduler like [`Self::new`], unless bodies are driven, are pistons or are
-    /// tethered, or images move, and it does not run that.
+    /// tethered or have wells, or images move, and it does not run that.
     ///
     /// # Errors
     /// Those of [`Self::new`], [`GridError::DrivenBodies`], [`GridError::Pistons`],
-    /// [`GridError::Shear`] and [`GridError::Tethers`].
+    /// [`GridError::Shear`], [`GridError::Tethers`] and [`GridError::Wells`].
     fn checked(options: &Self::Options, world: &World) -> Result<Self, GridError> {
         if world.is_driven() && !Self::RUNS_DRIVEN_BODIES {
             return Err(GridError::DrivenBodies);
@@ -317,6 +322,9 @@ pub trait Scheduler: Sized {
         }
         if world.is_tethered() && !Self::RUNS_TETHERS {
             return Err(GridError::Tethers);
+        }
+        if world.has_wells() && !Self::RUNS_WELLS {
+            return Err(GridError::Wells);
         }
         Self::new(options, world)
     }

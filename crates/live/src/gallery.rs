@@ -22,7 +22,7 @@ pub struct Exhibit {
 }
 
 /// All scenes.
-pub const EXHIBITS: [Exhibit; 12] = [
+pub const EXHIBITS: [Exhibit; 13] = [
     Exhibit {
         name: "tee",
         about: "The molecule of the thesis: a tee in a gas of discs, which push it about",
@@ -64,6 +64,12 @@ pub const EXHIBITS: [Exhibit; 12] = [
         about: "Chains, a ring and a star of discs, tied by bonds, in a bath of discs",
         measure: "chains:chain",
         example: "chains",
+    },
+    Exhibit {
+        name: "wells",
+        about: "Discs that attract each other gather in droplets",
+        measure: "wells",
+        example: "wells",
     },
     Exhibit {
         name: "sinai",

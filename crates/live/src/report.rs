@@ -45,8 +45,9 @@ pub struct StateWatch {
 #[derive(Debug, Default)]
 struct Exchange {
     /// Energy lost in contacts, put in by edits and thermostats, received from heated walls and
-    /// from walls that move, taken by drag, and gained by falling, at the last look.
-    last: [f64; 7],
+    /// from walls that move, taken by drag, and gained by falling, by shear and in wells, at the
+    /// last look.
+    last: [f64; 8],
     /// Sum of the magnitudes of the changes between two looks.
     sum: f64,
 }
@@ -61,6 +62,7 @@ impl Exchange {
             ledger.dragged,
             ledger.fallen,
             ledger.sheared,
+            ledger.wells,
         ];
         self.sum += now
             .iter()

@@ -166,7 +166,8 @@ impl Observer for BodyNumbers {
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        if report.sides.iter().all(|side| self.contains(side.body)) {
+        let touches = report.bond.is_none() && !report.is_step;
+        if touches && report.sides.iter().all(|side| self.contains(side.body)) {
             self.contacts += 1.0;
         }
     }

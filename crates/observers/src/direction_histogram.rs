@@ -142,8 +142,8 @@ impl Observer for DirectionHistogram {
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        // A contact without impulse has no direction, and a bond pulls at its own point.
-        if report.impulse == DVec2::ZERO || report.bond.is_some() {
+        // A contact without impulse has no direction, and bonds and wells do not act on surfaces.
+        if report.impulse == DVec2::ZERO || report.bond.is_some() || report.is_step {
             return;
         }
         for (side, impulse) in report.sides.iter().zip([-report.impulse, report.impulse]) {

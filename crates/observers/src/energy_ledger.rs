@@ -53,24 +53,28 @@ impl EnergyLedger {
         &self.series
     }
 
-    /// Largest |E − booked| over the samples, divided by the larger of E(first sample) and the
-    /// energy exchanged up to the sample; 0 if both are 0.
-    pub fn drift(&self) -> f64 {
-        let first = self.series.first().map_or(0.0, |first| first.energy);
-        let relative = self.series.iter().map(|point| {
-            let scale = first.max(point.exchanged);
+    /// (E − booked)/S at each sample, with the larger S of E(first sample) and of the largest energy
+    /// exchanged up to the sample, whose rounding remains; 0 if both are 0.
+    pub fn drifts(&self) -> impl Iterator<Item = f64> {
+        let mut scale = self.series.first().map_or(0.0, |first| first.energy);
+        self.series.iter().map(move |point| {
+            scale = scale.max(point.exchanged);
             if scale > 0.0 {
-                (point.energy - point.booked).abs() / scale
+                (point.energy - point.booked) / scale
             } else {
                 0.0
             }
-        });
-        relative.fold(0.0, f64::max)
+        })
+    }
+
+    /// The largest magnitude of [`Self::drifts`].
+    pub fn drift(&self) -> f64 {
+        self.drifts().map(f64::abs).fold(0.0, f64::max)
     }
 }
 
 /// The largest of the energies lost in contacts, put in by edits, given by walls, taken by drag,
-/// and gained by falling.
+/// and gained by falling and in wells.
 fn largest_exchange(ledger: &Ledger) -> f64 {
     ledger
         .lost
@@ -81,6 +85,7 @@ fn largest_exchange(ledger: &Ledger) -> f64 {
         .max(ledger.dragged)
         .max(ledger.fallen.abs())
         .max(ledger.sheared.abs())
+        .max(ledger.wells.abs())
 }
 
 impl Observer for EnergyLedger {

@@ -72,7 +72,7 @@ impl Observer for Incidence {
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
         let [first, second] = &report.sides;
-        if !self.watches([first.body, second.body]) {
+        if report.is_step || !self.watches([first.body, second.body]) {
             return;
         }
         let [of_first, of_second] = [first, second].map(|side| {

@@ -156,6 +156,7 @@ mod voronoi_cells;
 mod wall_energy;
 mod wall_pressure;
 mod wave_vectors;
+mod well_energy;
 
 pub use body_frame_diffusion::{BodyFrameDiffusion, BodyFramePoint};
 pub use body_numbers::{BodyNumbers, NumberPoint};
@@ -221,6 +222,7 @@ pub use wall_energy::{
     FromWalls, HeatFromWalls, WallEnergy, WallEnergyPoint, WallHeat, WallWork, WorkOfWalls,
 };
 pub use wall_pressure::{WallLayer, WallPressure, WallsAcross, WallsError};
+pub use well_energy::{WellEnergy, WellPoint};
 
 pub use carom_tables::Estimate;
 // Parts that pictures and reports of runs share; no user of the library needs them.

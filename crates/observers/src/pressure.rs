@@ -104,15 +104,19 @@ impl Pressure {
         mean_of_series(self.series.iter().map(PressurePoint::pressure))
     }
 
-    /// Mean of β p A / N over the intervals and its standard error; `None` with fewer than two, or
-    /// if one of them has no temperature.
+    /// β p A / N of the mean pressure and temperature over the intervals and its standard error;
+    /// `None` with fewer than two, or without a temperature.
     pub fn compressibility_factor(&self) -> Option<(f64, f64)> {
-        let factors: Option<Vec<f64>> = self
-            .series
-            .iter()
-            .map(PressurePoint::compressibility_factor)
-            .collect();
-        mean_of_series(factors?)
+        let mean = |of: fn(&PressurePoint) -> f64| {
+            self.series.iter().map(of).sum::<f64>() / self.series.len() as f64
+        };
+        let ideal = mean(|point| point.ideal);
+        let factor = mean(PressurePoint::pressure) / ideal;
+        // The ratio to first order in the fluctuations of both.
+        let linear =
+            |point: &PressurePoint| factor + (point.pressure() - factor * point.ideal) / ideal;
+        let found = mean_of_series(self.series.iter().map(linear));
+        found.filter(|_| ideal > 0.0)
     }
 
     /// Begins an interval with these values of N kT and K.

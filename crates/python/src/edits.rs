@@ -2,7 +2,7 @@
 
 use carom::{
     BodyKey, EditError, Scene, SceneError,
-    engine::{BondSpec, ElasticitySpec, MoleculeSpec, ReactionSpec, Rotation, WallSpec},
+    engine::{BondSpec, ElasticitySpec, MoleculeSpec, ReactionSpec, Rotation, WallSpec, WellSpec},
 };
 use carom_methods::AnySimulation;
 use pyo3::prelude::*;
@@ -194,6 +194,14 @@ pub fn reactions(text: &str) -> Result<Vec<ReactionSpec>, EditError> {
 /// The text is not that of a scene.
 pub fn bonds(text: &str) -> Result<Vec<BondSpec>, EditError> {
     Ok(Scene::from_toml(text)?.bond)
+}
+
+/// The wells that the text of a scene describes.
+///
+/// # Errors
+/// The text is not that of a scene.
+pub fn wells(text: &str) -> Result<Vec<WellSpec>, EditError> {
+    Ok(Scene::from_toml(text)?.well)
 }
 
 /// The numbers of the bodies with a tag.

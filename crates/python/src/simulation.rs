@@ -66,7 +66,7 @@ impl From<Parameter> for MeasureParameter {
 }
 
 /// Energy, momentum, temperature, collisions, and energy lost, put in and given as heat.
-type Totals = (f64, [f64; 2], Option<f64>, u64, [f64; 8]);
+type Totals = (f64, [f64; 2], Option<f64>, u64, [f64; 9]);
 
 /// Marks a run in progress until it is dropped.
 struct Running<'a>(&'a AtomicBool);
@@ -274,6 +274,7 @@ impl Core {
             ledger.work,
             ledger.fallen,
             ledger.sheared,
+            ledger.wells,
             ledger.dragged,
         ];
         Ok((
@@ -556,6 +557,23 @@ impl Core {
         let bonds = view.bonds();
         Ok(bonds
             .map(|bond| (bond.bodies.map(carom::BodyKey::id), bond.length))
+            .collect())
+    }
+
+    fn set_wells(&self, py: Python<'_>, text: &str) -> PyResult<()> {
+        self.edit(py, |state| {
+            let wells = edits::wells(text)?;
+            state.simulation.edit(|batch| batch.set_wells(&wells))
+        })
+    }
+
+    /// The two discs of each pair within the range of its well by their numbers, the step, and the
+    /// energy.
+    fn pairs_in_wells(&self) -> PyResult<Vec<([u64; 2], usize, f64)>> {
+        let state = self.lock()?;
+        let pairs = state.simulation.view().pairs_in_wells();
+        Ok(pairs
+            .map(|pair| (pair.bodies.map(carom::BodyKey::id), pair.step, pair.energy))
             .collect())
     }
 

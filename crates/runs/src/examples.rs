@@ -43,7 +43,7 @@ macro_rules! example {
 }
 
 /// Examples to begin with: scenes, then studies.
-const BEGINNINGS: [Example; 17] = [
+const BEGINNINGS: [Example; 18] = [
     example!("tee"),
     example!("mixture"),
     example!("clustering"),
@@ -51,6 +51,7 @@ const BEGINNINGS: [Example; 17] = [
     example!("swimmers"),
     example!("depletion"),
     example!("chains"),
+    example!("wells"),
     example!("sinai"),
     example!("walls"),
     example!("piston"),

@@ -59,9 +59,9 @@
 //!    the strip, at a time bounded by its top speed, as an event that lists it anew and predicts
 //!    it; its stops are events too. So every relation begins with a prediction of one of the two
 //!    (lemma 2).
-//! 8. **Tethers.** Lemmas 1 to 5 hold for the events of bonds. *Proof.* Two bodies with a bond are
-//!    related at all times, in the image that the bond holds; every prediction of either searches
-//!    it, up to the event that it keeps.
+//! 8. **Tethers and wells.** Lemmas 1 to 5 hold for the events of bonds, and of discs in their
+//!    wells. *Proof.* Two such bodies are related at all times, in the image that the bond or the
+//!    well holds; every prediction of either searches it, up to the event that it keeps.
 //! 9. **One partner may be skipped.** Of two bodies that have just met, the prediction of the first
 //!    may leave out the second. *Proof.* The first is not the body of the pair that is predicted
 //!    last.
@@ -77,8 +77,8 @@
 //! 4. The workspace of a run, of which any number may exist: `state`.
 //! 5. Lists of multi-cell bodies: `walls`, `multi_cell::listing`.
 //! 6. Predictions: `dispatch`, the searches in `multi_cell`, `discs`, `discs_by_pair`, `dilute`,
-//!    `molecule_search`, `tethers`, and `prediction`, which selects one of them by the contents of
-//!    the cells.
+//!    `molecule_search`, `tethers`, `wells`, and `prediction`, which selects one of them by the
+//!    contents of the cells.
 //! 7. The loop over the events: `events`; and `tiles`, which runs parts of the box on their own.
 //!
 //! # Epochs
@@ -117,6 +117,7 @@ mod state;
 mod tethers;
 mod tiles;
 mod walls;
+mod wells;
 
 use carom_detection::Detection;
 use carom_response::Response;
@@ -333,6 +334,7 @@ impl Scheduler for CellScheduler {
     const RUNS_PISTONS: bool = true;
     const RUNS_SHEAR: bool = true;
     const RUNS_TETHERS: bool = true;
+    const RUNS_WELLS: bool = true;
 
     fn new(instructions: &Instructions, world: &World) -> Result<Self, GridError> {
         // Also rejects a box in which a molecule can touch its own image.

@@ -89,6 +89,9 @@ impl<F: CellFrame> CellState<F> {
         if world.is_tethered() {
             self.search_bonds(world, body, now, except);
         }
+        if world.has_wells() {
+            self.search_steps(world, body, now, except);
+        }
         self.records[body as usize].time
     }
 

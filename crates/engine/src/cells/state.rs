@@ -167,7 +167,7 @@ impl<F: CellFrame> CellState<F> {
         if self.grid.keeps_motions() {
             self.molecules.take_over(&motions);
         }
-        if self.grid.holds_molecules() || world.is_tethered() {
+        if self.grid.holds_molecules() || world.is_tethered() || world.has_wells() {
             self.multi_cell.expect_contacts(bodies);
         }
         for (index, body) in world.bodies().iter().enumerate() {

@@ -197,6 +197,7 @@ impl ElasticityTable {
             self.look_up(&classes)?;
             reactions.refuse_changed_pairs(&world.pairs, &classes)?;
             world.pairs.look_up(&classes, &world.bodies)?;
+            world.pairs.look_up_wells(&classes, &world.bodies)?;
         }
         let rough = self.mark_rough(world, response, reactions.is_active());
         reactions.set_classes(&classes, rough);

@@ -45,7 +45,10 @@ pub(crate) struct JointContact {
 #[inline]
 pub(crate) fn may_be_joint(pair: [&Body; 2], parts: TouchingParts) -> bool {
     let has_atoms = match parts {
-        TouchingParts::Discs | TouchingParts::BoundingCircles | TouchingParts::Bond(..) => false,
+        TouchingParts::Discs
+        | TouchingParts::BoundingCircles
+        | TouchingParts::Bond(..)
+        | TouchingParts::Step(_) => false,
         TouchingParts::Atoms(..) => true,
         TouchingParts::EdgeOfA { part, .. } | TouchingParts::EdgeOfB { part, .. } => {
             matches!(part, Part::Atom(_))

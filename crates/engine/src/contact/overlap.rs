@@ -3,6 +3,7 @@
 use glam::DVec2;
 
 use crate::world::{
+    World,
     body::Body,
     pair_table::{PairTable, gap_with_factor},
     rounding_bound::rounding_bound,
@@ -42,24 +43,32 @@ struct NearBody {
     index: u32,
 }
 
-/// Counts the overlapping pairs of a view with its own cell list.
-fn census(view: &View<'_>) -> OverlapCensus {
-    let bounds = view.bounds();
+/// Calls `look` for each pair of bodies that are no walls and whose bounding circles may be as near
+/// as two bodies reach each other, with their indices in ascending order and the shift of the image
+/// of the second. It has its own cell list. The views are all those of a world at an offset in the
+/// epoch (time).
+pub(crate) fn each_near_pair<'a>(
+    world: &World,
+    offset: f64,
+    bodies: &mut [BodyView<'a>],
+    mut look: impl FnMut([u32; 2], [&BodyView<'a>; 2], DVec2),
+) {
+    let bounds = world.bounds_at(offset);
     let sides = bounds.sides();
-    let mut bodies: Vec<BodyView<'_>> = view.bodies().collect();
     // Under shear cells are parallelograms, as those of the schedulers.
-    let seam = view.world.seam_at(view.offset);
+    let seam = world.seam_at(offset);
     if let Some(seam) = &seam {
-        for body in &mut bodies {
+        for body in &mut *bodies {
             seam.enter_cells(&mut body.motion);
         }
     }
+    let bodies = &*bodies;
     let across = |place: DVec2| seam.map_or(place.x, |seam| seam.across(place));
-    let reach = view.world.largest_reach();
+    let reach = world.largest_reach();
     // At least one cell, and at most about √N per side for N bodies: an empty cell costs as much as
     // a full one.
     let count = |side: f64| ((side / reach).min(1.0 + (bodies.len() as f64).sqrt()) as i64).max(1);
-    let columns = count(sides.x / view.world.stretch_of_cells());
+    let columns = count(sides.x / world.stretch_of_cells());
     let rows = count(sides.y);
     let number = |[column, row]: [i64; 2]| (row * columns + column) as usize;
     let cell_of = |place: DVec2| {
@@ -69,11 +78,9 @@ fn census(view: &View<'_>) -> OverlapCensus {
             index(place.y, sides.y, rows),
         ])
     };
-    let (listed, starts) = list_by_cell(&bodies, number([0, rows]), cell_of);
+    let (listed, starts) = list_by_cell(bodies, number([0, rows]), cell_of);
     let members = |cell: usize| &listed[starts[cell]..starts[cell + 1]];
-    let pairs = &view.world.pairs;
-    let factor = pairs.largest_factor();
-    let mut census = OverlapCensus::default();
+    let factor = world.pairs.largest_factor();
     for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
         for step in 0..9 {
             let (to_column, boxes_across) = wrapped(column + step % 3 - 1, columns);
@@ -84,13 +91,24 @@ fn census(view: &View<'_>) -> OverlapCensus {
                 for b in there.iter().filter(|b| b.index > a.index) {
                     let bounding = factor * (a.bounding_radius + b.bounding_radius);
                     if ((b.place - a.place) + shift).length_squared() <= bounding * bounding {
-                        let [a, b] = [a, b].map(|body| &bodies[body.index as usize]);
-                        look(a, b, pairs, shift, sides, &mut census);
+                        let indices = [a, b].map(|body| body.index);
+                        look(indices, indices.map(|body| &bodies[body as usize]), shift);
                     }
                 }
             }
         }
     }
+}
+
+/// Counts the overlapping pairs of a view.
+fn census(view: &View<'_>) -> OverlapCensus {
+    let sides = view.bounds().sides();
+    let mut bodies: Vec<BodyView<'_>> = view.bodies().collect();
+    let pairs = &view.world.pairs;
+    let mut census = OverlapCensus::default();
+    each_near_pair(view.world, view.offset, &mut bodies, |_, [a, b], shift| {
+        look(a, b, pairs, shift, sides, &mut census);
+    });
     for wall in bodies.iter().filter(|body| body.body.is_wall()) {
         let may_touch = |body: &Body| body.is_free() || (wall.body.is_piston() && !body.is_wall());
         for body in bodies.iter().filter(|body| may_touch(body.body)) {

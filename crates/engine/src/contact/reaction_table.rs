@@ -287,16 +287,15 @@ impl ReactionTable {
                 };
                 let changes = |before: &Tags| {
                     let after = replaced(before, from, to);
-                    let differs = |other: &Tags| {
-                        pairs.factor_of_tags(before, other) != pairs.factor_of_tags(&after, other)
-                    };
+                    let differs = |other: &Tags| !pairs.are_alike(before, &after, other);
                     sets.iter().any(differs)
                 };
                 if sets.iter().any(|set| set.contains(&from) && changes(set)) {
                     return Err(self.refused(
                         rule,
-                        "it changes which bodies see each other, or at which distance discs touch: a reaction cannot \
-                         give a tag that `[[transparent]]` or `[[diameter]]` treats in another way",
+                        "it changes which bodies see each other, or at which distance discs touch or attract each \
+                         other: a reaction cannot give a tag that `[[transparent]]`, `[[diameter]]` or `[[well]]` \
+                         treats in another way",
                     ));
                 }
             }

@@ -9,8 +9,11 @@
     reason = "compiled with the instructions of the caller"
 )]
 
+use carom_detection::TetherBound;
 use carom_kinematics::{Inertia, Motion, kinetic_energy};
-use carom_response::{ContactFrame, Elasticity, Response, apply_impulse, approach_speed};
+use carom_response::{
+    ContactFrame, Elasticity, Response, apply_impulse, approach_speed, reduced_mass,
+};
 use glam::DVec2;
 
 use crate::{
@@ -19,12 +22,13 @@ use crate::{
         elasticity_table::ElasticityTable,
         guard::Partner,
         joint_contact::{JointContact, joint_contact, may_be_joint},
-        separation::{missing_impulse, round_outwards},
+        separation::{least_speed_at_step, missing_impulse, round_outwards},
     },
     world::{
         World,
         body::Body,
         contact_event::{ContactEvent, TouchingParts},
+        wells::StepAhead,
     },
 };
 
@@ -242,6 +246,68 @@ impl<R: Response> Rules<'_, R> {
             points,
             is_rough,
         }
+    }
+
+    /// Resolves the arrival of two discs at the range of a step of their well, and tells whether
+    /// they pass it.
+    ///
+    /// Along the line of centres, the speed u of approach to the range becomes √(u² + 2 ΔE/μ), with
+    /// the kinetic energy ΔE that the pair gains and its reduced mass μ; if that is not real, the
+    /// pair bounces back (B. J. Alder and T. E. Wainwright, J. Chem. Phys. 31 (1959) 459).
+    #[cold]
+    #[inline(never)]
+    pub fn resolve_step(
+        &self,
+        encounter: &ContactPair,
+        bound: TetherBound,
+        ahead: StepAhead,
+    ) -> (Resolved, bool) {
+        let ContactPair {
+            contact, before, ..
+        } = encounter;
+        let bodies = contact.bodies.map(|body| &self.world.bodies[body as usize]);
+        let inertias = bodies.map(|body| &body.kind.inertia);
+        let between = (before[1].position - before[0].position) + self.world.shift_of(contact);
+        let frame = ContactFrame {
+            line_of_centres: match bound {
+                TetherBound::Shortest => between,
+                TetherBound::Longest => -between,
+            },
+            arms: [DVec2::ZERO; 2],
+        };
+        let mass = reduced_mass(&frame, inertias);
+        let approach = approach_speed(&frame, [&before[0], &before[1]]).max(0.0);
+        // Velocities are those of the clock of the drag; the energies of steps are true ones.
+        let slowing = self.world.clock.slowing(contact.time);
+        let gained = 2.0 * ahead.gain / (mass * (slowing * slowing));
+        let squared = approach * approach + gained;
+        let passes = squared > 0.0;
+        // The speed by which the pair is slowed down, without cancellation where it passes.
+        let (slowed, lost) = if passes {
+            (-gained / (approach + squared.sqrt()), None)
+        } else {
+            let least = least_speed_at_step(self.world, contact, bound, before);
+            let leaving = approach.max(least);
+            let lost = 0.5 * mass * (approach * approach - leaving * leaving);
+            (approach + leaving, Some(lost))
+        };
+        let impulse = mass * slowed * frame.normal();
+        let after = pushed(&frame, before, inertias, impulse);
+        let resolved = Resolved {
+            frame,
+            elasticity: Elasticity::ELASTIC,
+            impulse,
+            after,
+            onwards: after,
+            spared: None,
+            lost,
+            work: 0.0,
+            met_fixed: inertias[0].is_fixed() || inertias[1].is_fixed(),
+            is_unresolved: false,
+            points: 1,
+            is_rough: false,
+        };
+        (resolved, passes)
     }
 
     /// The elasticity of a contact by the rules, and its frame with arms to the point of contact if

@@ -34,7 +34,7 @@
 
 use std::collections::BTreeMap;
 
-use carom_detection::{Detection, resolved_speed};
+use carom_detection::{Detection, TetherBound, resolved_speed};
 use carom_kinematics::{Inertia, Motion, RelativeMotion};
 use carom_response::{ContactFrame, approach_speed, reduced_mass};
 use glam::DVec2;
@@ -42,7 +42,11 @@ use glam::DVec2;
 use crate::{
     contact::{elasticity_table::ElasticityTable, separation_error::separation_error},
     scene::error::GridError,
-    world::{World, body::Body, contact_event::TouchingParts},
+    world::{
+        World,
+        body::Body,
+        contact_event::{ContactEvent, TouchingParts},
+    },
 };
 
 /// Least speed of separation of surfaces, in units of the speed that detection resolves. Smaller
@@ -116,6 +120,23 @@ pub(crate) fn missing_impulse(
     let mass = reduced_mass(frame, bodies.map(|body| &body.kind.inertia));
     // Surfaces that still close faster do so because of the response, which is not overridden.
     (approach.abs() < least).then(|| (least + approach) * mass * frame.normal())
+}
+
+/// The least speed with which two discs bounce back from a step of their well (length per time), so
+/// that the search sees that they do.
+pub(crate) fn least_speed_at_step(
+    world: &World,
+    contact: &ContactEvent,
+    bound: TetherBound,
+    before: &[Motion; 2],
+) -> f64 {
+    let shift = world.shift_of(contact);
+    let relative = RelativeMotion::between(&before[0], &before[1], shift, contact.time);
+    match world.shell_as_tether(contact.bodies) {
+        Some(tether) => MIN_SEPARATION * tether.resolved_speed(bound, &relative),
+        // Separating straight flights do not meet again.
+        None => 2.0 * relative.velocity_error,
+    }
 }
 
 /// Refuses bodies whose contacts change energy and whose atoms are so small that the speed which

@@ -29,6 +29,7 @@ use crate::{
         reaction_spec::ReactionSpec,
         shear::{refuse_shear, shear_rate_of},
         wall_motion::WallMotionSpec,
+        well_spec::WellSpec,
     },
     scheduler::Scheduler,
     start::{
@@ -313,14 +314,33 @@ impl Batch {
     /// [`EditError::Scene`] if a rule names no tag or more than two.
     pub fn set_transparent(&mut self, rules: &[TransparentSpec]) -> Result<(), EditError> {
         let known = self.names.len();
-        let (_, diameter) = self.world.pairs.specs();
-        let pairs = PairTable::new(rules, diameter, &mut self.names)
+        let (_, diameter, wells) = self.world.pairs.specs();
+        let pairs = PairTable::new(rules, diameter, wells, &mut self.names)
             .inspect_err(|_| self.names.forget_after(known))?;
+        self.replace_pairs(pairs);
+        Ok(())
+    }
+
+    /// Replaces the wells of discs. Velocities do not change, and the energy of the pairs becomes
+    /// that of the new wells.
+    ///
+    /// # Errors
+    /// [`EditError::Scene`] if a rule names no tag or more than two, or a step is out of range. The
+    /// batch is refused if a well does not fit the bodies or the box.
+    pub fn set_wells(&mut self, wells: &[WellSpec]) -> Result<(), EditError> {
+        let known = self.names.len();
+        let (transparent, diameter, _) = self.world.pairs.specs();
+        let pairs = PairTable::new(transparent, diameter, wells, &mut self.names)
+            .inspect_err(|_| self.names.forget_after(known))?;
+        self.replace_pairs(pairs);
+        Ok(())
+    }
+
+    fn replace_pairs(&mut self, pairs: PairTable) {
         // Earlier rules have effects until the bodies are predicted anew.
         self.start_to_move();
         self.world.pairs = pairs;
         (self.moves, self.relabels) = (true, true);
-        Ok(())
     }
 
     /// Replaces the reactions of bodies that collide. Reactions that have been in force before
@@ -699,6 +719,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         refuse_shear(&world, world.naming(&names))?;
         refuse_pistons(&world, world.naming(&names))?;
         refuse_bonds(&world, &elasticity, world.naming(&names))?;
+        world.refuse_wells(world.naming(&names))?;
         resolves(&world, &elasticity)?;
         if may_reveal && let Some((pair, depth)) = first_overlap(&world) {
             let [first, second] = pair.map(world.naming(&names));
@@ -725,6 +746,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             world.rebase(offset);
         }
         refuse_stretched(&world, world.naming(&names))?;
+        world.sort_into_shells();
         let scheduler = S::checked(&self.scheduler_options, &world)
             .map_err(|reason| reason.named(world.naming(&names)))?;
         self.ledger.put_in += exact_sum(

@@ -129,6 +129,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         refuse_pistons(&world, |body| singles.entry_of(body, &counts))?;
         refuse_bonds(&world, &elasticity, |body| singles.entry_of(body, &counts))?;
         refuse_stretched(&world, |body| singles.entry_of(body, &counts))?;
+        world.refuse_wells(|body| singles.entry_of(body, &counts))?;
+        world.sort_into_shells();
         world.random_key = [scene.bounds.seed, scene.bounds.replica];
         world.shrink();
         let scheduler = S::checked(&options, &world)

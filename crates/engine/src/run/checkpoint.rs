@@ -36,6 +36,7 @@ use crate::{
         least_speed::MIN_SPEED,
         pair_spec::{DiameterSpec, TransparentSpec},
         shear::{refuse_shear, shear_rate_of},
+        well_spec::WellSpec,
     },
     scheduler::Scheduler,
     start::{
@@ -107,10 +108,13 @@ pub struct Checkpoint {
     wall_tables: Vec<WallTable>,
     /// Bodies tied to each other, by the order of the bodies.
     bonds: Vec<SavedBond>,
+    /// Discs in their wells, by the order of the bodies, and the shell of each pair.
+    shells: Vec<([u32; 2], u8)>,
     names: TagNames,
     elasticity: SavedElasticity,
     transparent: Vec<TransparentSpec>,
     diameter: Vec<DiameterSpec>,
+    wells: Vec<WellSpec>,
     counters: Counters,
     ledger: Ledger,
     heat: HeatByTag,
@@ -210,6 +214,11 @@ pub enum CheckpointError {
         "bond {0} of the checkpoint must tie two bodies in their order, with lengths, points and an elasticity in range"
     )]
     Bond(usize),
+    /// A pair in a well that is not there, or not at that distance.
+    #[error(
+        "pair {0} in a well of the checkpoint must be two discs in their order, at the distance of their shell"
+    )]
+    Shell(usize),
     /// A tag with heat has no name.
     #[error("the checkpoint has heat of a tag without a name")]
     UnnamedHeat,
@@ -281,6 +290,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             pistons,
             wall_tables,
             tethers,
+            shells,
             epoch,
             next_id,
             random_key,
@@ -293,7 +303,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             has_rough_contacts: _,
             keeps_spins: _,
         } = world;
-        let (transparent, diameter) = pairs.specs();
+        let (transparent, diameter, wells) = pairs.specs();
         let (molecules, bodies) = records(world);
         Some(Checkpoint {
             epoch: *epoch,
@@ -311,10 +321,14 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             pistons: pistons.clone(),
             wall_tables: wall_tables.clone(),
             bonds: tethers.bonds().iter().map(SavedBond::from).collect(),
+            shells: (shells.pairs().into_iter())
+                .map(|(bodies, shell)| (bodies, shell.number))
+                .collect(),
             names: names.clone(),
             elasticity: elasticity.spec().into(),
             transparent: transparent.to_vec(),
             diameter: diameter.to_vec(),
+            wells: wells.to_vec(),
             counters: *counters,
             ledger: Ledger {
                 sheared: ledger.sheared + work_of_shear,
@@ -396,7 +410,12 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         world.tethers =
             tethers(&checkpoint.bonds, world.bodies.len()).map_err(CheckpointError::Bond)?;
         let mut names = checkpoint.names.clone();
-        world.pairs = PairTable::new(&checkpoint.transparent, &checkpoint.diameter, &mut names)?;
+        world.pairs = PairTable::new(
+            &checkpoint.transparent,
+            &checkpoint.diameter,
+            &checkpoint.wells,
+            &mut names,
+        )?;
         let mut elasticity =
             ElasticityTable::new(&checkpoint.elasticity.clone().into(), &mut names)?;
         let mut reactions = checkpoint.reactions.table(&mut names)?;
@@ -406,6 +425,10 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         refuse_pistons(&world, world.naming(&names))?;
         refuse_bonds(&world, &elasticity, world.naming(&names))?;
         refuse_stretched(&world, world.naming(&names))?;
+        world.refuse_wells(world.naming(&names))?;
+        world
+            .restore_shells(&checkpoint.shells)
+            .map_err(CheckpointError::Shell)?;
         let checked = refuse_unresolved(&world, &elasticity);
         checked
             .and_then(|()| refuse_unsearched(&world, &detection))
@@ -544,6 +567,7 @@ impl Checkpoint {
             guarded_collisions,
             joint_collisions,
             bond_collisions,
+            step_collisions,
             simultaneous_collisions,
             epochs,
             scheduler,
@@ -570,6 +594,7 @@ impl Checkpoint {
             guarded_collisions,
             joint_collisions,
             bond_collisions,
+            step_collisions,
             simultaneous_collisions,
             epochs,
             crossings,

@@ -6,7 +6,7 @@
     reason = "compiled with the instructions of the caller"
 )]
 
-use carom_detection::Detection;
+use carom_detection::{Detection, TetherBound};
 use carom_kinematics::Motion;
 use carom_response::{ContactFrame, Elasticity, Response, approach_speed, reduced_mass};
 use glam::DVec2;
@@ -79,7 +79,8 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
         // frame. Reactions are decided where any contact is resolved, and so is the motion of
         // images.
         let is_sheared = self.world.is_sheared();
-        let is_special = self.world.has_special_contacts | is_sheared;
+        let has_wells = self.world.has_wells();
+        let is_special = self.world.has_special_contacts | is_sheared | has_wells;
         let all_elastic = self.rules().all_elastic()
             && !self.world.has_gravity()
             && !self.world.has_reactions
@@ -91,7 +92,7 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
             } else {
                 self.target
             };
-            let Some(contact) = queue.next_contact(self.world, self.detection, stop) else {
+            let Some(mut contact) = queue.next_contact(self.world, self.detection, stop) else {
                 if self.target < limit {
                     *self.now = self.target;
                     return Ok(EpochEnd::TargetReached);
@@ -100,6 +101,9 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
             };
             let ContactEvent { time, bodies, .. } = contact;
             *self.now = time;
+            if has_wells {
+                contact.parts = self.world.parts_of(&contact);
+            }
             let repeats = self.simultaneous.repeats(bodies, time);
             if repeats {
                 self.count_repeated(bodies, time)?;
@@ -165,11 +169,14 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         }
     }
 
-    /// Resolves and records any contact in a system with thermal walls, reactions or a shear, and
-    /// decides whether the bodies react.
+    /// Resolves and records any contact in a system with thermal walls, reactions, wells or a shear,
+    /// and decides whether the bodies react.
     #[cold]
     #[inline(never)]
     fn resolve_special(&mut self, encounter: &ContactPair) -> Result<Resolved, RunError> {
+        if let TouchingParts::Step(bound) = encounter.contact.parts {
+            return self.reach_step(encounter, bound);
+        }
         let resolved = if self.world.is_sheared() && encounter.contact.image[1] != 0 {
             self.resolve_through_seam(encounter)?
         } else {
@@ -178,6 +185,25 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         let is_bond = matches!(encounter.contact.parts, TouchingParts::Bond(..));
         if self.world.has_reactions && !is_bond {
             self.react(encounter);
+        }
+        Ok(resolved)
+    }
+
+    /// Resolves and records the arrival of two discs at a step of their well.
+    fn reach_step(
+        &mut self,
+        encounter: &ContactPair,
+        bound: TetherBound,
+    ) -> Result<Resolved, RunError> {
+        let ContactEvent { time, bodies, .. } = encounter.contact;
+        let ahead = self.world.step_ahead(bodies, bound);
+        let (resolved, passes) = self.rules().resolve_step(encounter, bound, ahead);
+        self.record(encounter, &resolved)?;
+        self.counters.step_collisions += 1;
+        if passes {
+            self.world.shells.set(bodies, ahead.shell);
+            let slowing = self.world.clock.slowing(time);
+            self.ledger.book_step(ahead.gain, slowing);
         }
         Ok(resolved)
     }
@@ -413,6 +439,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
             shift: self.world.bounds.shift(image),
             points: 1,
             bond: None,
+            is_step: false,
             work: 0.0,
         };
         if let Some(observer) = &mut self.observer {
@@ -504,6 +531,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
                     TouchingParts::Bond(bond, _) => Some(bond),
                     _ => None,
                 },
+                is_step: matches!(parts, TouchingParts::Step(_)),
                 work: resolved.work,
                 drag: self.world.clock.drag(),
             });

@@ -35,6 +35,18 @@ pub enum Violation {
         /// Time until the scheduler's next contact.
         next: f64,
     },
+    /// Two discs are not in the shell of their well that is on record.
+    #[error(
+        "discs {first} and {second} are {distance} apart, outside the shell of their well on record"
+    )]
+    Shell {
+        /// Index of the first disc.
+        first: usize,
+        /// Index of the second disc.
+        second: usize,
+        /// Their distance (length).
+        distance: f64,
+    },
     /// The kinetic energy disagrees with the ledger.
     #[error("the kinetic energy is {energy}, but the ledger gives {booked}")]
     Energy {
@@ -48,8 +60,8 @@ pub enum Violation {
 impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation<D, R, S> {
     /// Checks by brute force, with the exact detector and all pairs in all images, that no bodies
     /// overlap, that no contact before `horizon` (time from now) precedes the next contact of this
-    /// simulation, and that the energy agrees with the ledger, to 10⁻⁹ of the present and the
-    /// initial energy. After edits have put in and taken out 10⁶ times as much, rounding alone may
+    /// simulation, that all discs are in the shells of their wells that are on record, and that the
+    /// energy agrees with the ledger, to 10⁻⁹ of the present and the initial energy. After edits have put in and taken out 10⁶ times as much, rounding alone may
     /// exceed this. The search for contacts ends where the first piston reaches a stop, and where
     /// the velocity of a wall with a table changes.
     ///
@@ -71,6 +83,13 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
         let (energy, booked) = (view.energy(), view.ledger().booked());
         if (energy - booked).abs() > 1e-9 * (energy.abs() + self.ledger.initial.abs()) {
             return Err(Violation::Energy { energy, booked });
+        }
+        if let Some((first, second, distance)) = self.world.first_outside_shell(self.offset) {
+            return Err(Violation::Shell {
+                first,
+                second,
+                distance,
+            });
         }
         let mut ahead = self.clone();
         let begun = ahead.counters.collisions;
@@ -133,6 +152,15 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
             let (outcome, _) = world.first_bond_event(number, motions, self.offset, limit);
             if let Some(contact) = outcome.contact() {
                 let [a, b] = bond.bodies.map(|body| body as usize);
+                soonest = Some((a, b, contact.time));
+            }
+        }
+        for (bodies, _) in world.shells.pairs() {
+            let motions = bodies.map(|body| &world.motions[body as usize]);
+            let limit = soonest.map_or(horizon, |(_, _, time)| time);
+            let (outcome, _) = world.first_step(bodies, motions, self.offset, limit);
+            if let Some(contact) = outcome.contact() {
+                let [a, b] = bodies.map(|body| body as usize);
                 soonest = Some((a, b, contact.time));
             }
         }

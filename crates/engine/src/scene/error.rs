@@ -247,6 +247,9 @@ pub enum GridError {
     /// Bonds between bodies, and a scheduler that does not predict them.
     #[error("this scheduler does not run tethers")]
     Tethers,
+    /// Wells of discs, and a scheduler that does not predict their steps.
+    #[error("this scheduler does not run wells")]
+    Wells,
     /// A gravity, and a detector that does not search bodies that fall.
     #[error("this detector does not search bodies that fall; use method.detector = \"exact\"")]
     Falling,
@@ -307,7 +310,7 @@ impl GridError {
             | Self::TurningWall(body) => name(body),
             Self::CellsPerSide(_) => "the grid".to_owned(),
             Self::Falling => "gravity".to_owned(),
-            Self::DrivenBodies | Self::Pistons | Self::Shear | Self::Tethers => {
+            Self::DrivenBodies | Self::Pistons | Self::Shear | Self::Tethers | Self::Wells => {
                 "the scheduler".to_owned()
             }
         };

@@ -35,6 +35,7 @@ pub(crate) mod thermostat_rule;
 pub(crate) mod thermostat_target;
 pub(crate) mod two_numbers;
 pub(crate) mod wall_motion;
+pub(crate) mod well_spec;
 
 #[cfg(feature = "schema")]
 use carom_geometry::{MAX_MAGNITUDE, MIN_MAGNITUDE, MIN_ROUNDING};
@@ -61,6 +62,7 @@ use crate::{
         stop_spec::StopSpec,
         two_numbers::{optional_vector, pairs, vector, vectors},
         wall_motion::{MoveWallSpec, WallMotionSpec},
+        well_spec::WellSpec,
     },
     world::body::Rotation,
 };
@@ -117,6 +119,9 @@ pub struct Scene {
     /// Discs whose contact distance is not the sum of their radii.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub diameter: Vec<DiameterSpec>,
+    /// Discs that attract or repel each other in steps of the energy.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub well: Vec<WellSpec>,
     /// Reactions of bodies that collide.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub reaction: Vec<ReactionSpec>,
@@ -529,7 +534,7 @@ pub struct RunSpec {
 ///
 /// A stage starts where the one before it ends, the first at time 0. Its edits are made together or
 /// not at all, in the order `remove`, `add`, `add_wall`, `tag`, `untag`, `elasticity`,
-/// `transparent`, `reaction`, `unbond`, `bond`, `lock`, `unlock`, `set_energy`, `set_velocity`;
+/// `transparent`, `well`, `reaction`, `unbond`, `bond`, `lock`, `unlock`, `set_energy`, `set_velocity`;
 /// those of the first stage before the first sample. At one instant, first a sample is taken, then
 /// a stage starts, then thermostats act in the order of their list. Instants that differ by less
 /// than 1e-9 of the shortest interval of the run are one.
@@ -592,6 +597,9 @@ pub struct StageSpec {
     /// whole. Bodies that overlap and would see each other again are refused.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub transparent: Option<Vec<TransparentSpec>>,
+    /// The wells from here on; it replaces `[[well]]` as a whole. Velocities do not change.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub well: Option<Vec<WellSpec>>,
     /// The reactions from here on; it replaces `[[reaction]]` as a whole.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reaction: Option<Vec<ReactionSpec>>,
@@ -636,6 +644,7 @@ impl Default for StageSpec {
             gravity: None,
             shear_rate: None,
             transparent: None,
+            well: None,
             reaction: None,
             bond: Vec::new(),
             unbond: Vec::new(),

@@ -139,6 +139,9 @@ impl Scene {
         for (index, rule) in self.diameter.iter().enumerate() {
             refuse(format!("diameter[{index}]"), &rule.between)?;
         }
+        for (index, rule) in self.well.iter().enumerate() {
+            refuse(format!("well[{index}]"), &rule.between)?;
+        }
         for (index, rule) in self.reaction.iter().enumerate() {
             refuse(format!("reaction[{index}]"), &rule.between)?;
         }
@@ -146,6 +149,9 @@ impl Scene {
             for (index, rule) in stage.reaction.iter().flatten().enumerate() {
                 let entry = format!("stage[{number}].reaction[{index}]");
                 refuse(entry, &rule.between)?;
+            }
+            for (index, rule) in stage.well.iter().flatten().enumerate() {
+                refuse(format!("stage[{number}].well[{index}]"), &rule.between)?;
             }
             for (index, rule) in stage.transparent.iter().flatten().enumerate() {
                 let entry = format!("stage[{number}].transparent[{index}]");

@@ -29,15 +29,22 @@ fn set_pairs(
     if !scene.reaction.is_empty() || scene.stage.iter().any(reacts) {
         scene.refuse_unknown_pairs()?;
     }
-    let changes = scene.stage.iter().any(|stage| stage.transparent.is_some());
-    if scene.transparent.is_empty() && scene.diameter.is_empty() && !changes {
+    let changes = |stage: &StageSpec| stage.transparent.is_some() || stage.well.is_some();
+    let has_rules =
+        !(scene.transparent.is_empty() && scene.diameter.is_empty() && scene.well.is_empty());
+    if !has_rules && !scene.stage.iter().any(changes) {
         return Ok(());
     }
     scene.refuse_unknown_pairs()?;
     for gas in species {
         gas.pair_tags = singles.names.intern_all(&gas.spec.tags);
     }
-    singles.world.pairs = PairTable::new(&scene.transparent, &scene.diameter, &mut singles.names)?;
+    singles.world.pairs = PairTable::new(
+        &scene.transparent,
+        &scene.diameter,
+        &scene.well,
+        &mut singles.names,
+    )?;
     Ok(())
 }
 

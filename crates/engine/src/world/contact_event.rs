@@ -70,6 +70,9 @@ pub enum TouchingParts {
     },
     /// No parts: a bond, by its index in [`World::bonds`](crate::World::bonds), reaches a bound.
     Bond(u32, TetherBound),
+    /// No parts: two discs reach the range of a step of their well, inwards at the shortest length
+    /// of their shell and outwards at the longest.
+    Step(TetherBound),
 }
 
 impl TouchingParts {
@@ -90,7 +93,7 @@ impl TouchingParts {
             Self::BoundingCircles => a.bounding_radius() + b.bounding_radius(),
             Self::EdgeOfA { edge, part } => of_edge(a, edge, b, part),
             Self::EdgeOfB { edge, part } => of_edge(b, edge, a, part),
-            Self::Bond(..) => 0.0,
+            Self::Bond(..) | Self::Step(_) => 0.0,
         }
     }
 
@@ -106,7 +109,11 @@ impl TouchingParts {
         match self {
             Self::EdgeOfA { edge, .. } => [Some(edge), None],
             Self::EdgeOfB { edge, .. } => [None, Some(edge)],
-            Self::Discs | Self::Atoms(..) | Self::BoundingCircles | Self::Bond(..) => [None; 2],
+            Self::Discs
+            | Self::Atoms(..)
+            | Self::BoundingCircles
+            | Self::Bond(..)
+            | Self::Step(_) => [None; 2],
         }
     }
 
@@ -116,7 +123,7 @@ impl TouchingParts {
         match self {
             Self::Discs => ([Some(0); 2], first.bounding_radius()),
             Self::Atoms(i, j) => ([Some(i), Some(j)], radius_beyond_arm(first, i)),
-            Self::Bond(..) => ([None; 2], 0.0),
+            Self::Bond(..) | Self::Step(_) => ([None; 2], 0.0),
             Self::BoundingCircles
             | Self::EdgeOfB {
                 part: Part::BoundingCircle,
@@ -160,7 +167,7 @@ impl From<Touch> for TouchingParts {
 }
 
 impl TouchingParts {
-    /// The touching parts as detection names them; `None` for a bond.
+    /// The touching parts as detection names them; `None` for a bond and for a step of a well.
     pub(crate) fn touch(self) -> Option<Touch> {
         Some(match self {
             Self::Discs => Touch::Atoms(0, 0),
@@ -168,7 +175,7 @@ impl TouchingParts {
             Self::BoundingCircles => Touch::BoundingCircles,
             Self::EdgeOfA { edge, part } => Touch::EdgeOfA { edge, part },
             Self::EdgeOfB { edge, part } => Touch::EdgeOfB { edge, part },
-            Self::Bond(..) => return None,
+            Self::Bond(..) | Self::Step(_) => return None,
         })
     }
 }

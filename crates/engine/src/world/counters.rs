@@ -29,6 +29,8 @@ pub struct Counters {
     pub joint_collisions: u64,
     /// Events at which a bond has reached one of its bounds; they count among the collisions.
     pub bond_collisions: u64,
+    /// Events at which two discs have reached a step of their well; they count among the collisions.
+    pub step_collisions: u64,
     /// Contacts that follow another contact of one of their bodies at the same instant. They are
     /// resolved one after the other, and the result depends on their order.
     pub simultaneous_collisions: u64,
@@ -83,8 +85,8 @@ impl Add for SchedulerCounters {
 
 /// Energy lost and put in since the system was built (mass × length² / time²).
 ///
-/// At any time the kinetic energy is `initial − lost + put_in + heat + work + fallen + sheared −
-/// dragged`, to rounding: each contact and each edit may add an error of some roundings of the
+/// At any time the kinetic energy is `initial − lost + put_in + heat + work + fallen + sheared +
+/// wells − dragged`, to rounding: each contact and each edit may add an error of some roundings of the
 /// largest energy and of the largest entry so far. After a large energy has been put in and taken
 /// out again, the error may exceed the energy left.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -120,6 +122,9 @@ pub struct Ledger {
     /// the mean it is −γ A p_xy a unit of time.
     #[doc(alias = "viscous heating")]
     pub sheared: f64,
+    /// Kinetic energy gained at the steps of wells ([`WellSpec`](crate::WellSpec)): their loss of
+    /// potential energy while the rules remain.
+    pub wells: f64,
     /// `dragged` at the start of the epoch.
     pub(crate) dragged_before: f64,
     /// What contacts have taken in this epoch, each at the share 1 − (1 − γ s)² that the drag had
@@ -133,9 +138,9 @@ pub struct Ledger {
 
 impl Ledger {
     /// The kinetic energy according to the ledger: `initial − lost + put_in + heat + work +
-    /// fallen + sheared − dragged`.
+    /// fallen + sheared + wells − dragged`.
     pub fn booked(&self) -> f64 {
-        let given = self.put_in + self.heat + self.work + self.fallen + self.sheared;
+        let given = self.put_in + self.heat + self.work + self.fallen + self.sheared + self.wells;
         self.initial - self.lost + given - self.dragged
     }
 
@@ -148,6 +153,13 @@ impl Ledger {
     /// Books the heat of a contact with a wall that has a temperature, like [`Self::book_loss`].
     pub(crate) fn book_heat(&mut self, heat: f64, slowing: f64) {
         self.heat -= self.slowed(-heat, slowing);
+    }
+
+    /// Books the true energy gained at a step of a well; the drag takes it at the velocities of the
+    /// epoch's clock, like [`Self::book_loss`].
+    pub(crate) fn book_step(&mut self, gain: f64, slowing: f64) {
+        let of_clock = gain / (slowing * slowing);
+        self.wells -= self.slowed(-of_clock, slowing);
     }
 
     /// The true value of an energy that a contact has taken, of which the drag had taken the rest.
@@ -183,7 +195,7 @@ impl Ledger {
     }
 
     /// All entries, to be checked.
-    pub(crate) fn entries(&self) -> [f64; 13] {
+    pub(crate) fn entries(&self) -> [f64; 14] {
         let Self {
             initial,
             lost,
@@ -196,6 +208,7 @@ impl Ledger {
             dragged_from_lost,
             fallen,
             sheared,
+            wells,
             fallen_before,
             fell_from,
         } = *self;
@@ -211,6 +224,7 @@ impl Ledger {
             dragged_from_lost,
             fallen,
             sheared,
+            wells,
             fallen_before,
             fell_from,
         ]

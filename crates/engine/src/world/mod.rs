@@ -20,6 +20,7 @@ pub(crate) mod tethers;
 pub(crate) mod view;
 pub(crate) mod wall;
 pub(crate) mod wall_table;
+pub(crate) mod wells;
 pub(crate) mod wrapped;
 
 use std::{collections::BTreeMap, sync::Arc};
@@ -37,6 +38,7 @@ use crate::world::{
     tags::{TagNames, Tags},
     tethers::Tethers,
     wall_table::WallTable,
+    wells::Shells,
 };
 
 /// Number of earlier bodies with which a new one is compared, to share a description. Smaller: the
@@ -80,6 +82,8 @@ pub struct World {
     pub(crate) wall_tables: Vec<WallTable>,
     /// Bodies tied to each other.
     pub(crate) tethers: Tethers,
+    /// Discs within the ranges of their wells.
+    pub(crate) shells: Shells,
     /// Start of the epoch.
     pub(crate) epoch: EpochTime,
     pub(crate) next_id: u64,
@@ -122,6 +126,7 @@ impl World {
             pistons: Vec::new(),
             wall_tables: Vec::new(),
             tethers: Tethers::default(),
+            shells: Shells::default(),
             epoch: EpochTime::ZERO,
             next_id: 0,
             random_key: [0; 2],
@@ -328,14 +333,25 @@ impl World {
         closest
     }
 
-    /// The factor on the sum of the radii of two discs at their contact: 1 unless a
-    /// [`DiameterSpec`](crate::DiameterSpec) applies; 0 for two bodies that do not see each other
-    /// ([`TransparentSpec`](crate::TransparentSpec)). Schedulers must leave out the latter. The
-    /// bodies are indices in the order of [`Self::bodies`].
+    /// The factor on the sum of the radii of two discs at their next contact: 1 unless a
+    /// [`DiameterSpec`](crate::DiameterSpec) applies, or they are outside their well, whose range
+    /// they reach first ([`WellSpec`](crate::WellSpec)). It is 0 for two bodies that do not see each
+    /// other ([`TransparentSpec`](crate::TransparentSpec)), and for two discs in their well, whose
+    /// events are those of [`Self::first_step`]. Schedulers must leave out both. The bodies are
+    /// indices in the order of [`Self::bodies`].
     #[inline]
     pub fn pair_factor(&self, bodies: [u32; 2]) -> f64 {
         let [a, b] = bodies.map(|body| &self.bodies[body as usize]);
-        self.pairs.factor(a, b)
+        let factor = self.pairs.factor(a, b);
+        if self.has_wells()
+            && let Some(steps) = self.pairs.steps(a, b)
+        {
+            return match (steps, self.shells.of_pair(bodies)) {
+                ([.., [range, _]], None) => factor * range,
+                _ => 0.0,
+            };
+        }
+        factor
     }
 
     /// The indices of the walls that move, in the order of [`Self::bodies`].
@@ -377,6 +393,7 @@ impl World {
             + self.oscillations.capacity() * size_of::<Option<Oscillation>>()
             + self.pistons.capacity() * size_of::<Piston>()
             + self.tethers.heap_bytes()
+            + self.shells.heap_bytes()
     }
 
     pub(crate) fn insert(&mut self, kind: BodyKind, motion: Motion) -> BodyKey {
@@ -427,7 +444,7 @@ impl World {
             let mut places = 0..;
             list.retain(|_| places.next().is_some_and(&keeps));
         }
-        if !self.tethers.is_empty() {
+        if !self.tethers.is_empty() || self.has_wells() {
             let mut left = 0;
             let numbers: Vec<Option<u32>> = (0..self.bodies.len())
                 .map(|index| {
@@ -437,6 +454,7 @@ impl World {
                 })
                 .collect();
             self.tethers = self.tethers.renumbered(|body| numbers[body as usize]);
+            self.shells = self.shells.renumbered(|body| numbers[body as usize]);
         }
         keep(&mut self.bodies, &keeps);
         keep(&mut self.motions, &keeps);

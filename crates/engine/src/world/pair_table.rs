@@ -1,5 +1,5 @@
-//! Which pairs of bodies see each other, and by which factor the contact distance of two discs
-//! differs from the sum of their radii.
+//! Which pairs of bodies see each other, by which factor the contact distance of two discs differs
+//! from the sum of their radii, and which discs have wells.
 
 use carom_geometry::{Molecule, gap_between};
 use glam::DVec2;
@@ -8,9 +8,11 @@ use crate::{
     scene::{
         error::SceneError,
         pair_spec::{DiameterSpec, MAX_FACTOR, MIN_FACTOR, TransparentSpec},
+        well_spec::WellSpec,
     },
     world::{
         body::Body,
+        index_or_none::IndexOrNone,
         tags::{Tag, TagNames, Tags},
     },
 };
@@ -31,6 +33,11 @@ pub(crate) struct PairTable {
     classes: usize,
     /// The factor for each pair of classes; empty if it is 1 for all.
     by_class: Vec<f64>,
+    wells: Vec<WellSpec>,
+    /// The tags of each well.
+    tags_of_wells: Vec<[Tag; 2]>,
+    /// The well for each pair of classes; empty if there is none.
+    well_by_class: Vec<IndexOrNone>,
 }
 
 #[derive(Debug, Clone)]
@@ -41,9 +48,13 @@ struct Rule {
 
 impl Rule {
     fn applies(&self, a: &Tags, b: &Tags) -> bool {
-        let [one, other] = &self.tags;
-        (a.contains(one) && b.contains(other)) || (a.contains(other) && b.contains(one))
+        are_between(self.tags, a, b)
     }
+}
+
+/// Whether one of two bodies carries the one tag, and the other body the other.
+fn are_between([one, other]: [Tag; 2], a: &Tags, b: &Tags) -> bool {
+    (a.contains(&one) && b.contains(&other)) || (a.contains(&other) && b.contains(&one))
 }
 
 impl PairTable {
@@ -54,6 +65,7 @@ impl PairTable {
     pub(crate) fn new(
         transparent: &[TransparentSpec],
         diameter: &[DiameterSpec],
+        wells: &[WellSpec],
         names: &mut TagNames,
     ) -> Result<Self, SceneError> {
         let mut rules = Vec::new();
@@ -80,22 +92,31 @@ impl PairTable {
                 factor: rule.factor,
             });
         }
+        let mut tags_of_wells = Vec::new();
+        for (index, well) in wells.iter().enumerate() {
+            let entry = format!("well[{index}]");
+            tags_of_wells.push(tags(&entry, &well.between, names)?);
+            well.check()
+                .map_err(|problem| SceneError::of_entry(&entry, problem))?;
+        }
         Ok(Self {
             transparent: transparent.to_vec(),
             diameter: diameter.to_vec(),
             rules,
+            wells: wells.to_vec(),
+            tags_of_wells,
             ..Self::default()
         })
     }
 
     /// The rules as in a scene.
-    pub(crate) fn specs(&self) -> (&[TransparentSpec], &[DiameterSpec]) {
-        (&self.transparent, &self.diameter)
+    pub(crate) fn specs(&self) -> (&[TransparentSpec], &[DiameterSpec], &[WellSpec]) {
+        (&self.transparent, &self.diameter, &self.wells)
     }
 
     /// Whether there are rules, which may affect no body.
     pub(crate) fn has_rules(&self) -> bool {
-        !self.rules.is_empty()
+        !self.rules.is_empty() || !self.wells.is_empty()
     }
 
     /// Whether there are rules of diameters, which may affect no body.
@@ -106,15 +127,53 @@ impl PairTable {
     /// Whether a rule affects bodies of the world.
     #[inline]
     pub(crate) fn is_active(&self) -> bool {
-        !self.by_class.is_empty()
+        !self.by_class.is_empty() || self.has_wells()
     }
 
-    /// An upper bound on the factors of all pairs, at least 1.
+    /// Whether bodies of the world have wells: those of a world that is not yet complete have not.
+    #[inline]
+    pub(crate) fn has_wells(&self) -> bool {
+        !self.well_by_class.is_empty()
+    }
+
+    /// An upper bound on the factors of all pairs, at least 1, with the ranges of wells.
     pub(crate) fn largest_factor(&self) -> f64 {
-        self.rules
-            .iter()
-            .map(|rule| rule.factor)
-            .fold(1.0, f64::max)
+        let largest = self.rules.iter().map(|rule| rule.factor);
+        largest.fold(1.0, f64::max) * self.largest_range()
+    }
+
+    /// The largest range of a well, in distances at contact; 1 without wells.
+    fn largest_range(&self) -> f64 {
+        if !self.has_wells() {
+            return 1.0;
+        }
+        let ranges = self.wells.iter().map(|well| outermost(&well.steps)[0]);
+        ranges.fold(1.0, f64::max)
+    }
+
+    /// The steps of the well of two bodies, each a range in distances at contact and an energy
+    /// (mass × length² / time²), from the inside outwards; none without a well.
+    #[inline]
+    pub(crate) fn steps(&self, a: &Body, b: &Body) -> Option<&[[f64; 2]]> {
+        if self.well_by_class.is_empty() {
+            return None;
+        }
+        let place = a.kind.tag_class as usize * self.classes + b.kind.tag_class as usize;
+        let well = self.well_by_class[place].get()?;
+        Some(&self.wells[well].steps)
+    }
+
+    /// The number of the well of two bodies with these tags that see each other.
+    fn well_of_tags(&self, a: &Tags, b: &Tags) -> Option<usize> {
+        let applies = |tags: &[Tag; 2]| are_between(*tags, a, b);
+        let well = self.tags_of_wells.iter().position(applies)?;
+        self.sees(a, b).then_some(well)
+    }
+
+    /// Whether bodies with the tags of `a` meet those of `other` as bodies with the tags of `b` do.
+    pub(crate) fn are_alike(&self, a: &Tags, b: &Tags, other: &Tags) -> bool {
+        let steps = |tags| Some(&self.wells[self.well_of_tags(tags, other)?].steps);
+        self.factor_of_tags(a, other) == self.factor_of_tags(b, other) && steps(a) == steps(b)
     }
 
     /// The factor of two bodies, which must have been sorted into classes
@@ -161,6 +220,50 @@ impl PairTable {
         Ok(())
     }
 
+    /// Finds the well of each pair of classes once, after [`Self::look_up`].
+    ///
+    /// # Errors
+    /// Two wells apply to a pair, or one to a body that is no disc.
+    pub(crate) fn look_up_wells(
+        &mut self,
+        classes: &[Tags],
+        bodies: &[Body],
+    ) -> Result<(), SceneError> {
+        for (index, (tags, well)) in self.tags_of_wells.iter().zip(&self.wells).enumerate() {
+            refuse_molecules(
+                &format!("well[{index}]"),
+                "a well",
+                (*tags, &well.between),
+                bodies,
+            )?;
+        }
+        let pairs = classes
+            .iter()
+            .flat_map(|a| classes.iter().map(move |b| (a, b)));
+        let mut by_class = Vec::with_capacity(classes.len() * classes.len());
+        for (a, b) in pairs {
+            let well = self.well_of_tags(a, b);
+            if let Some(first) = well
+                && let Some(second) = (first + 1..self.wells.len()).find(|&second| {
+                    are_between(self.tags_of_wells[second], a, b)
+                        && self.wells[second].steps != self.wells[first].steps
+                })
+            {
+                return Err(SceneError::of_entry(
+                    &format!("well[{second}]"),
+                    format!(
+                        "it applies to the same bodies as well[{first}] with other `steps`; make them equal or \
+                         remove one"
+                    ),
+                ));
+            }
+            by_class.push(well.map_or(IndexOrNone::NONE, IndexOrNone::new));
+        }
+        let has_wells = by_class.iter().any(|well| well.get().is_some());
+        self.well_by_class = if has_wells { by_class } else { Vec::new() };
+        Ok(())
+    }
+
     fn refuse_ambiguous<'a>(
         &self,
         mut pairs: impl Iterator<Item = (&'a Tags, &'a Tags)>,
@@ -187,28 +290,42 @@ impl PairTable {
 
     fn refuse_molecules(&self, bodies: &[Body]) -> Result<(), SceneError> {
         let diameters = self.rules[self.transparent.len()..].iter();
-        for (index, rule) in diameters.enumerate() {
-            let is_refused = |body: &&Body| {
-                !body.kind.molecule.is_disc() && rule.tags.iter().any(|tag| body.has_tag(*tag))
-            };
-            if let Some(body) = bodies.iter().find(is_refused) {
-                let what = if body.is_wall() {
-                    "a wall"
-                } else {
-                    "a molecule"
-                };
-                let names = &self.diameter[index].between;
-                return Err(SceneError::Entry {
-                    entry: format!("diameter[{index}]"),
-                    problem: format!(
-                        "a factor on diameters applies to discs alone, but {what} carries one of the tags {names:?}: \
-                         give the discs a tag of their own"
-                    ),
-                });
-            }
+        for (index, (rule, spec)) in diameters.zip(&self.diameter).enumerate() {
+            let entry = format!("diameter[{index}]");
+            let between = (rule.tags, &spec.between[..]);
+            refuse_molecules(&entry, "a factor on diameters", between, bodies)?;
         }
         Ok(())
     }
+}
+
+/// The last step of a list that is not empty.
+fn outermost(steps: &[[f64; 2]]) -> [f64; 2] {
+    steps.last().copied().unwrap_or([1.0, 0.0])
+}
+
+/// Refuses a rule for discs whose tags another body carries; `what` names the rule.
+fn refuse_molecules(
+    entry: &str,
+    what: &str,
+    (tags, between): ([Tag; 2], &[String]),
+    bodies: &[Body],
+) -> Result<(), SceneError> {
+    let is_refused =
+        |body: &&Body| !body.kind.molecule.is_disc() && tags.iter().any(|tag| body.has_tag(*tag));
+    let Some(body) = bodies.iter().find(is_refused) else {
+        return Ok(());
+    };
+    let other = if body.is_wall() {
+        "a wall"
+    } else {
+        "a molecule"
+    };
+    let problem = format!(
+        "{what} applies to discs alone, but {other} carries one of the tags {between:?}: give the discs a tag of \
+         their own"
+    );
+    Err(SceneError::of_entry(entry, problem))
 }
 
 fn tags(entry: &str, between: &[String], names: &mut TagNames) -> Result<[Tag; 2], SceneError> {

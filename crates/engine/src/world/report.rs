@@ -69,7 +69,8 @@ pub struct CollisionReport<'a> {
     /// Point of contact, in the frame of the first body's image (length).
     pub point: DVec2,
     /// Unit vector from the first body to the second at the point of contact; of a bond at its
-    /// longest, from the tied point of the second to that of the first.
+    /// longest, from the tied point of the second to that of the first, and of discs that leave a
+    /// shell of their well from the second to the first.
     pub normal: DVec2,
     /// Impulse on the second body (mass × length / time); the first receives its opposite. Where
     /// the bodies touch at several points, the resultant.
@@ -87,6 +88,9 @@ pub struct CollisionReport<'a> {
     /// The bond that reaches a bound, by its index in [`World::bonds`](crate::World::bonds); `None`
     /// where surfaces touch.
     pub bond: Option<u32>,
+    /// Whether two discs are at the range of a step of their well
+    /// ([`WellSpec`](crate::WellSpec)), not in contact.
+    pub is_step: bool,
     /// Work of a wall that moves on the other body (mass × length² / time²); 0 without one.
     pub work: f64,
     /// The drag γ of all bodies (1/time): between contacts their velocities fall as exp(−γ t).

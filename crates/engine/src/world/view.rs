@@ -146,7 +146,8 @@ impl<'a> View<'a> {
 
     /// Whether rules for pairs of tags affect bodies: some do not see each other
     /// ([`TransparentSpec`](crate::TransparentSpec)), or touch at another distance than the sum of
-    /// their radii ([`DiameterSpec`](crate::DiameterSpec)).
+    /// their radii ([`DiameterSpec`](crate::DiameterSpec)), or have wells
+    /// ([`WellSpec`](crate::WellSpec)).
     pub fn has_pair_rules(&self) -> bool {
         self.world.pairs.is_active()
     }

@@ -269,7 +269,8 @@ pub(crate) fn contact_frame(
         TouchingParts::Discs
         | TouchingParts::Atoms(..)
         | TouchingParts::BoundingCircles
-        | TouchingParts::Bond(..) => {
+        | TouchingParts::Bond(..)
+        | TouchingParts::Step(_) => {
             return None;
         }
     };

@@ -181,6 +181,9 @@ fn unsupported(view: &View<'_>) -> Option<&'static str> {
     if view.drag() != 0.0 {
         return Some("a drag");
     }
+    if view.has_wells() {
+        return Some("wells");
+    }
     view.bodies().find_map(|view_of| {
         let body = view_of.body;
         if body.is_piston() {

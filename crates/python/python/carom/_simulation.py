@@ -404,7 +404,7 @@ class Simulation:
     def booked_energy(self) -> dict[str, float]:
         """The kinetic energy by its sources (mass · length² / time²): ``initial`` − ``lost`` in contacts
         + ``put_in`` by edits + ``heat`` and ``work`` of walls + ``fallen``, the work of gravity +
-        ``sheared``, that of a shear − ``dragged``.
+        ``sheared``, that of a shear + ``wells``, gained at the steps of wells − ``dragged``.
 
         Examples
         --------
@@ -412,7 +412,7 @@ class Simulation:
         >>> round(booked["initial"] - booked["lost"] + booked["put_in"], 9)
         100.0
         """
-        names = ("initial", "lost", "put_in", "heat", "work", "fallen", "sheared", "dragged")
+        names = ("initial", "lost", "put_in", "heat", "work", "fallen", "sheared", "wells", "dragged")
         return dict(zip(names, self._core.totals()[4]))
 
     @property
@@ -1219,6 +1219,60 @@ class Simulation:
         bonds = self._core.bonds()
         pairs = np.array([pair for pair, _ in bonds], dtype=np.uint64).reshape(-1, 2)
         return pairs, np.array([length for _, length in bonds])
+
+    def set_wells(self, wells: Sequence[Mapping[str, Any]]) -> None:
+        """Replaces the wells of discs; velocities do not change.
+
+        Parameters
+        ----------
+        wells : list of dict
+            Each with ``between``, one or two tags, and ``steps``, pairs of a range in distances at
+            contact and an energy, as in ``[[well]]`` of a scene.
+
+        Raises
+        ------
+        EditError
+            A number is out of range, or a well does not fit the bodies; nothing has changed.
+
+        Examples
+        --------
+        >>> import carom
+        >>> gas = {"tags": ["a"], "radius": 0.03, "mass": 1.0, "temperature": 1.0, "count": 50}
+        >>> sim = carom.Simulation({"gas": [gas]})
+        >>> sim.set_wells([{"between": ["a"], "steps": [[1.5, -1.0]]}])
+        >>> before = sim.energy + sim.energy_of_wells
+        >>> sim.run(until=1.0)
+        >>> bool(abs(sim.energy + sim.energy_of_wells - before) < 1e-10)
+        True
+        """
+        self._core.set_wells(_carom.scene_of({"well": [dict(well) for well in wells]}))
+
+    @property
+    def pairs_in_wells(self) -> tuple[Ids, NDArray[np.int64], NDArray[np.float64]]:
+        """The pairs of discs within the ranges of their wells: numbers of the two, shape (k, 2), the
+        step of each pair from 0 inside, and its energy (mass · length² / time²), shape (k,).
+
+        Examples
+        --------
+        >>> pairs, steps, energies = sim.pairs_in_wells
+        >>> pairs.shape
+        (0, 2)
+        """
+        found = self._core.pairs_in_wells()
+        pairs = np.array([pair for pair, _, _ in found], dtype=np.uint64).reshape(-1, 2)
+        steps = np.array([step for _, step, _ in found], dtype=np.int64)
+        return pairs, steps, np.array([energy for _, _, energy in found], dtype=float)
+
+    @property
+    def energy_of_wells(self) -> float:
+        """Potential energy of all wells (mass · length² / time²).
+
+        Examples
+        --------
+        >>> sim.energy_of_wells
+        0.0
+        """
+        return float(self.pairs_in_wells[2].sum())
 
     def lock(self, which: Which = None) -> None:
         """Locks the present orientation of bodies; they stop turning.

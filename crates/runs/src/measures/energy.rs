@@ -28,10 +28,7 @@ impl Measured for EnergyLedger {
     fn results(&self, _: &[BlockMean], context: &Context<'_>) -> Results {
         let points = self.series();
         let of = |part: fn(&LedgerPoint) -> f64| -> Vec<f64> { points.iter().map(part).collect() };
-        let first = points.first().map_or(0.0, |point| point.energy);
-        let drift = points
-            .iter()
-            .map(|point| Some((point.energy - point.booked) / first.max(point.exchanged)));
+        let drift = self.drifts().map(Some);
         let (energy, momentum) = ("mass·length²/time²", "mass·length/time");
         let table = Table::new(context.table("energy"), "Energy")
             .abscissa("time", "time", of(|point| point.time))
@@ -44,7 +41,7 @@ impl Measured for EnergyLedger {
             .caption(
                 "The difference of energy and ledger is rounding error; it must stay below 10⁻¹², or 3.6·10⁻¹⁵ √n after more than \
                  80 000 contacts n. Once contacts have lost, or edits put in, more than E(0), it is relative to \
-                 that.",
+                 the most so far.",
             );
         let totals = Totals {
             energy_drift: self.drift(),

@@ -179,6 +179,8 @@ pub(super) fn check(scene: &Scene) -> Result<()> {
         "an elasticity that depends on the speed"
     } else if stages::has_elasticity(scene, |elasticity| elasticity.least_coefficient() == 0.0) {
         "an elasticity of 0, after which nothing tells how fast bodies met"
+    } else if stages::has_wells(scene) {
+        "wells"
     } else if let Some(what) = stages::resets(scene) {
         what
     } else {

@@ -69,6 +69,7 @@ mod viscosity;
 mod voronoi;
 mod wall_energy;
 mod wall_pressure;
+mod wells;
 
 use anyhow::Result;
 use carom::{
@@ -98,7 +99,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 53] = [
+pub const KINDS: [MeasureKind; 54] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -144,6 +145,7 @@ pub const KINDS: [MeasureKind; 53] = [
     thermostat::KIND,
     wall_energy::HEAT,
     wall_pressure::KIND,
+    wells::KIND,
     wall_energy::WORK,
     piston::KIND,
     numbers::KIND,

@@ -29,14 +29,11 @@ pub(super) const KIND: MeasureKind = MeasureKind {
 /// Unit of a pressure.
 const UNIT: &str = "mass/time²";
 
-/// The pressure and the sums of its mean and of the compressibility factor.
+/// The pressure, and the sums of its mean and of that of an ideal gas.
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct Virial {
     observer: Pressure,
-    pressure: IntervalSums,
-    factor: IntervalSums,
-    /// Whether an interval had no temperature, so that there is no mean of the factor.
-    lacks_factor: bool,
+    means: IntervalSums,
 }
 
 impl Observer for Virial {
@@ -65,31 +62,28 @@ impl Observer for Virial {
         self.observer.sample(view);
         let new = &self.observer.series()[before..];
         let time = view.time().to_f64();
-        let pressures: Vec<f64> = new.iter().map(PressurePoint::pressure).collect();
-        let factors: Vec<f64> = new
-            .iter()
-            .filter_map(PressurePoint::compressibility_factor)
-            .collect();
-        self.lacks_factor |= factors.len() < pressures.len();
-        self.pressure.end(time, &pressures);
-        self.factor.end(time, &factors);
+        match new.first() {
+            Some(point) => self.means.end(time, &[point.pressure(), point.ideal]),
+            None => self.means.end(time, &[]),
+        }
     }
 }
 
 impl Measured for Virial {
     const OF_INTERVALS: bool = true;
 
-    /// The pressure and the compressibility factor, weighted with the lengths of the intervals.
+    /// The pressure, weighted with the lengths of the intervals, and the compressibility factor: the
+    /// ratio of the means. The mean of ratios differs from it where the temperature fluctuates.
     fn sums(&self) -> Sums {
-        let of = |sums: &IntervalSums| sums.sums().first().copied().unwrap_or_default();
-        vec![
-            of(&self.pressure),
-            if self.lacks_factor {
-                [0.0; 2]
-            } else {
-                of(&self.factor)
-            },
-        ]
+        let sums = self.means.sums();
+        let [pressure, ideal] = [0, 1].map(|n| sums.get(n).copied().unwrap_or_default());
+        let has_temperature = ideal[0] > 0.0;
+        let factor = if has_temperature {
+            [pressure[0], ideal[0]]
+        } else {
+            [0.0; 2]
+        };
+        vec![pressure, factor]
     }
 
     fn bytes_per_sample(&self) -> usize {

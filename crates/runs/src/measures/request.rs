@@ -242,6 +242,18 @@ pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
     if stages::is_ever_sheared(scene) {
         refuse_sheared(&requests)?;
     }
+    let of_energy_flux = requests
+        .iter()
+        .find(|request| request.kind.name == heat_conductivity::KIND.name);
+    if let Some(request) = of_energy_flux
+        && stages::has_wells(scene)
+    {
+        bail!(
+            "{}: '{}' takes all energy for kinetic, but wells hold some of it: remove it, or the wells",
+            request.entry,
+            request.kind.name
+        );
+    }
     let of_deviations = requests
         .iter()
         .find(|request| request.kind.name == lyapunov::KIND.name);
@@ -293,7 +305,7 @@ fn refuse_sheared(requests: &[Request]) -> Result<()> {
 }
 
 /// Other names of measures, as in the literature and in other programs.
-const ALIASES: [(&str, &str); 16] = [
+const ALIASES: [(&str, &str); 17] = [
     ("msd", "correlation"),
     ("vacf", "correlation"),
     ("rdf", "pair-distribution"),
@@ -310,6 +322,7 @@ const ALIASES: [(&str, &str); 16] = [
     ("maps", "fields"),
     ("lyapunov-spectrum", "lyapunov"),
     ("door", "crossings"),
+    ("potential-energy", "wells"),
 ];
 
 /// The kind of measure with this name.

@@ -99,6 +99,19 @@ count = 16
 chain = { members = 4, tether = { max = 0.04 } }
 ";
 
+/// Discs with a well, for its measure.
+const WELL: &str = "
+[[well]]
+between = [\"sticky\"]
+steps = [[1.5, -0.5]]
+[[gas]]
+tags = [\"sticky\"]
+radius = 0.01
+mass = 1.0
+energy = 1.0
+count = 20
+";
+
 /// Returns the section of Markdown.
 ///
 /// # Errors
@@ -171,6 +184,7 @@ fn measure(kind: &MeasureKind) -> Result<Vec<String>> {
         Of::Group if kind.name.starts_with("chain") => {
             (kind.name.to_owned(), format!("{CHAINS}{GAS}"))
         }
+        Of::System if kind.name == "wells" => (kind.name.to_owned(), format!("{WELL}{GAS}")),
         Of::Group if OF_AXES.contains(&kind.name) => (kind.name.to_owned(), format!("{RODS}{GAS}")),
         Of::OneBody => (format!("{}:body", kind.name), format!("{BODY}{GAS}")),
         Of::Group | Of::TwoGroups | Of::Pair | Of::System => (kind.name.to_owned(), GAS.to_owned()),

@@ -195,6 +195,7 @@ impl Parent {
             ("container", own.container == scene.container),
             ("gas", own.gas == scene.gas),
             ("bond", own.bond == scene.bond),
+            ("well", own.well == scene.well),
             ("start", own.start == scene.start),
         ];
         match same.iter().find(|(_, is_same)| !is_same) {

@@ -256,6 +256,10 @@ impl Edits<'_> {
             "transparent".clone_into(self.entry);
             self.batch.set_transparent(transparent)?;
         }
+        if let Some(wells) = &spec.well {
+            "well".clone_into(self.entry);
+            self.batch.set_wells(wells)?;
+        }
         if let Some(reactions) = &spec.reaction {
             "reaction".clone_into(self.entry);
             self.batch.set_reactions(reactions)?;

@@ -250,6 +250,14 @@ pub fn is_ever_sheared(scene: &Scene) -> bool {
         .any(|rate| rate != 0.0)
 }
 
+/// Whether discs have wells at some time of a run.
+pub fn has_wells(scene: &Scene) -> bool {
+    let of_stages = scene.stage.iter().flat_map(|stage| &stage.well);
+    of_stages
+        .chain([&scene.well])
+        .any(|wells| !wells.is_empty())
+}
+
 /// Whether reactions are in force in the measured part of a run.
 pub fn reacts(scene: &Scene) -> bool {
     let rules = |stage: &'_ StageSpec| stage.reaction.as_ref().map(|rules| !rules.is_empty());
@@ -488,6 +496,7 @@ fn words(stage: &StageSpec, (start, end): (f64, f64), counts: &[u64]) -> String 
         ("tag", stage.tag.len() + stage.untag.len()),
         ("elasticity", usize::from(stage.elasticity.is_some())),
         ("transparent", usize::from(stage.transparent.is_some())),
+        ("well", usize::from(stage.well.is_some())),
         ("reaction", usize::from(stage.reaction.is_some())),
         ("unbond", stage.unbond.len()),
         ("bond", stage.bond.len()),

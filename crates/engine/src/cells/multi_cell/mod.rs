@@ -323,6 +323,7 @@ impl Pending {
             TouchingParts::EdgeOfA { edge, part: of_b } => (3, pair(part(of_b), edge)),
             TouchingParts::EdgeOfB { edge, part: of_a } => (4, pair(part(of_a), edge)),
             TouchingParts::Bond(bond, bound) => (5, pair(bond, bound as u32)),
+            TouchingParts::Step(bound) => (6, u64::from(bound as u32)),
         };
         let [x, y] = self.image.map(|boxes| u32::from(boxes as u16));
         [pair(x | y << 16, kind), parts]

@@ -1,0 +1,465 @@
+//! Pairs of discs within the range of their wells, and the next step of one.
+//!
+//! The steps of a well divide the distance of two discs into shells, numbered from 0 at contact
+//! outwards. A pair within the last range has its shell in a list, because rounding may put a
+//! pair that is at the range of a step on either side of it. Such a pair is a tether between the
+//! two borders of its shell; all other pairs meet at the last range like discs of that size.
+//!
+//! # Lemma
+//! No step is missed. *Proof.* A pair outside its well meets the last range as a contact at that
+//! distance, by the lemmas of the scheduler. A pair in a shell is searched with every prediction of
+//! one of the two, like a bond, in the image that is nearest: two discs within a range of less than
+//! half a side have one such image, which the pair cannot leave without crossing a step.
+
+use carom_detection::{Outcome, Tether, TetherBound};
+use carom_kinematics::Motion;
+use smallvec::SmallVec;
+
+use crate::{
+    contact::overlap::each_near_pair,
+    scene::error::SceneError,
+    world::{
+        World,
+        body::BodyKey,
+        contact_event::{ContactEvent, TouchingParts},
+        heat::exact_sum,
+        rounding_bound::rounding_bound,
+        view::{BodyView, View, body_at},
+    },
+};
+
+/// Largest share of the shorter side that a range may be: at half a side, another image would be as
+/// near.
+const MAX_SHARE: f64 = 0.5 - 1e-6;
+
+/// Smallest width of a shell as a share of the longer side. Smaller: positions are rounded by more
+/// than 10⁻⁵ of the width.
+const MIN_WIDTH: f64 = 1e-10;
+
+/// A shell of a pair of discs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Shell {
+    /// Its number, from 0 at contact outwards.
+    pub number: u8,
+    /// The distances of the centres at its borders (length).
+    borders: [f64; 2],
+}
+
+impl Shell {
+    /// A tether between the borders.
+    fn tether(&self) -> Option<Tether> {
+        Tether::new(Default::default(), self.borders).ok()
+    }
+
+    /// Whether a distance of the centres is within the borders, up to a rounding (length).
+    fn holds(&self, distance: f64, rounding: f64) -> bool {
+        let [inner, outer] = self.borders;
+        (inner - rounding..=outer + rounding).contains(&distance)
+    }
+}
+
+/// A disc within the range of a well of another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct InWell {
+    /// The other disc, by its index.
+    pub partner: u32,
+    /// The shell of the pair.
+    pub shell: Shell,
+}
+
+/// The shells of all pairs within the ranges of their wells.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Shells(Vec<SmallVec<[InWell; 6]>>);
+
+impl Shells {
+    /// The discs in whose wells a disc is.
+    #[inline]
+    pub fn of(&self, body: u32) -> &[InWell] {
+        self.0.get(body as usize).map_or(&[], SmallVec::as_slice)
+    }
+
+    /// The shell of a pair; `None` beyond the last range.
+    #[inline]
+    pub fn of_pair(&self, [a, b]: [u32; 2]) -> Option<Shell> {
+        let found = self.of(a).iter().find(|entry| entry.partner == b)?;
+        Some(found.shell)
+    }
+
+    /// Sets the shell of a pair.
+    pub fn set(&mut self, [a, b]: [u32; 2], shell: Option<Shell>) {
+        let bodies = a.max(b) as usize + 1;
+        if self.0.len() < bodies {
+            self.0.resize_with(bodies, SmallVec::new);
+        }
+        for (body, partner) in [(a, b), (b, a)] {
+            let list = &mut self.0[body as usize];
+            let place = list.iter().position(|entry| entry.partner == partner);
+            match (place, shell) {
+                (Some(place), Some(shell)) => list[place].shell = shell,
+                (Some(place), None) => {
+                    list.swap_remove(place);
+                }
+                (None, Some(shell)) => list.push(InWell { partner, shell }),
+                (None, None) => {}
+            }
+        }
+    }
+
+    /// All pairs and their shells, in order.
+    pub fn pairs(&self) -> Vec<([u32; 2], Shell)> {
+        let mut pairs = Vec::new();
+        for (body, list) in (0..).zip(&self.0) {
+            let later = list.iter().filter(|entry| entry.partner > body);
+            pairs.extend(later.map(|entry| ([body, entry.partner], entry.shell)));
+        }
+        pairs.sort_unstable_by_key(|(bodies, _)| *bodies);
+        pairs
+    }
+
+    /// The shells that are left when only some bodies remain: `number` gives the new index of each.
+    pub fn renumbered(&self, number: impl Fn(u32) -> Option<u32>) -> Self {
+        let mut left = Self::default();
+        for (bodies, shell) in self.pairs() {
+            if let [Some(a), Some(b)] = bodies.map(&number) {
+                left.set([a, b], Some(shell));
+            }
+        }
+        left
+    }
+
+    pub fn heap_bytes(&self) -> usize {
+        let spilled = self.0.iter().filter(|list| list.spilled());
+        self.0.capacity() * size_of::<SmallVec<[InWell; 6]>>()
+            + spilled
+                .map(|list| list.capacity() * size_of::<InWell>())
+                .sum::<usize>()
+    }
+}
+
+/// What a pair finds where it reaches the range of a step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct StepAhead {
+    /// The shell beyond the step; `None` outside the well.
+    pub shell: Option<Shell>,
+    /// Kinetic energy that the pair gains by the step (mass × length² / time²).
+    pub gain: f64,
+}
+
+impl World {
+    /// Whether discs have wells.
+    #[inline]
+    pub fn has_wells(&self) -> bool {
+        self.pairs.has_wells()
+    }
+
+    /// The discs in whose wells a disc is, by their indices.
+    pub fn in_wells_of(&self, body: u32) -> impl Iterator<Item = u32> {
+        self.shells.of(body).iter().map(|entry| entry.partner)
+    }
+
+    /// The next event of a pair within the range of its well, from `now` (offset in the epoch) up
+    /// to `horizon` (time from now), with the present motions of the two, and the image of the
+    /// second that it concerns.
+    pub fn first_step(
+        &self,
+        bodies: [u32; 2],
+        motions: [&Motion; 2],
+        now: f64,
+        horizon: f64,
+    ) -> (Outcome<TouchingParts>, [i64; 2]) {
+        match self.shells.of_pair(bodies) {
+            Some(shell) => self.first_step_from(shell, bodies, motions, now, horizon),
+            None => (Outcome::Free, [0; 2]),
+        }
+    }
+
+    /// The next event of a pair in a shell, like [`Self::first_step`].
+    pub(crate) fn first_step_from(
+        &self,
+        shell: Shell,
+        bodies: [u32; 2],
+        motions: [&Motion; 2],
+        now: f64,
+        horizon: f64,
+    ) -> (Outcome<TouchingParts>, [i64; 2]) {
+        let here = motions.map(|motion| motion.at(now));
+        let image = self.nearest_image([&here[0], &here[1]]);
+        let Some(tether) = shell.tether() else {
+            return (Outcome::Free, image);
+        };
+        let relative = self.relative_motion(bodies, motions, image, now);
+        let outcome = tether.first_event(&relative, horizon);
+        let parts = |bound| match bound {
+            TetherBound::Shortest if shell.number == 0 => TouchingParts::Discs,
+            _ => TouchingParts::Step(bound),
+        };
+        (outcome.map(parts), image)
+    }
+
+    /// A tether between the borders of the shell of a pair.
+    pub(crate) fn shell_as_tether(&self, bodies: [u32; 2]) -> Option<Tether> {
+        self.shells.of_pair(bodies)?.tether()
+    }
+
+    /// The shell of a pair with this number.
+    fn shell(&self, bodies: [u32; 2], number: u8) -> Option<Shell> {
+        let [a, b] = bodies.map(|body| &self.bodies[body as usize]);
+        let steps = self.pairs.steps(a, b)?;
+        let contact = self.pairs.factor(a, b)
+            * (a.molecule().bounding_radius() + b.molecule().bounding_radius());
+        let range = |step: usize| Some(contact * steps.get(step)?[0]);
+        let step = usize::from(number);
+        let inner = if step == 0 { contact } else { range(step - 1)? };
+        let borders = [inner, range(step)?];
+        Some(Shell { number, borders })
+    }
+
+    /// All shells of a pair, from the inside outwards.
+    fn shells_of(&self, bodies: [u32; 2]) -> impl Iterator<Item = Shell> {
+        (0..=u8::MAX).map_while(move |number| self.shell(bodies, number))
+    }
+
+    /// The parts of a contact that a scheduler has found: two discs outside their well meet its
+    /// last range.
+    #[inline]
+    pub(crate) fn parts_of(&self, contact: &ContactEvent) -> TouchingParts {
+        let [a, b] = contact.bodies.map(|body| &self.bodies[body as usize]);
+        let is_outside = contact.parts == TouchingParts::Discs
+            && self.pairs.steps(a, b).is_some()
+            && self.shells.of_pair(contact.bodies).is_none();
+        if is_outside {
+            TouchingParts::Step(TetherBound::Shortest)
+        } else {
+            contact.parts
+        }
+    }
+
+    /// What is beyond the step that a pair reaches.
+    pub(crate) fn step_ahead(&self, bodies: [u32; 2], bound: TetherBound) -> StepAhead {
+        let [a, b] = bodies.map(|body| &self.bodies[body as usize]);
+        let steps = self.pairs.steps(a, b).unwrap_or_default();
+        let energy = |shell: Option<u8>| {
+            let step = shell.and_then(|shell| steps.get(usize::from(shell)));
+            step.map_or(0.0, |step| step[1])
+        };
+        let here = self.shells.of_pair(bodies).map(|shell| shell.number);
+        let last = steps.len().saturating_sub(1) as u8;
+        let shell = match (here, bound) {
+            (None, _) => Some(last),
+            (Some(shell), TetherBound::Shortest) => Some(shell.saturating_sub(1)),
+            (Some(shell), TetherBound::Longest) => (shell < last).then_some(shell + 1),
+        };
+        StepAhead {
+            shell: shell.and_then(|number| self.shell(bodies, number)),
+            gain: energy(here) - energy(shell),
+        }
+    }
+
+    /// Sorts all pairs into the shells of their wells by their places; pairs whose distance is that
+    /// of a border to rounding stay in the shell in which they have been. Motions are those stored
+    /// at the start of an epoch.
+    pub(crate) fn sort_into_shells(&mut self) {
+        let before = std::mem::take(&mut self.shells);
+        if !self.has_wells() {
+            return;
+        }
+        let mut found = Vec::new();
+        let sides = self.bounds.sides();
+        let mut placed: Vec<BodyView<'_>> = (0..self.bodies.len())
+            .map(|index| body_at(self, index, 0.0))
+            .collect();
+        each_near_pair(self, 0.0, &mut placed, |[a, b], pair, shift| {
+            let [one, other] = pair;
+            if one.body.is_fixed() && other.body.is_fixed() {
+                return;
+            }
+            let bodies = [a, b];
+            let between = (other.motion.position - one.motion.position) + shift;
+            let distance = between.length();
+            let rounding = rounding_bound(sides, distance);
+            let stays = before.of_pair(bodies).and_then(|shell| {
+                let now = self.shell(bodies, shell.number)?;
+                now.holds(distance, rounding).then_some(now)
+            });
+            let by_distance = || {
+                self.shells_of(bodies)
+                    .find(|shell| distance < shell.borders[1])
+            };
+            if let Some(shell) = stays.or_else(by_distance) {
+                found.push((bodies, shell));
+            }
+        });
+        for (bodies, shell) in found {
+            self.shells.set(bodies, Some(shell));
+        }
+    }
+
+    /// The first pair of discs whose distance, at an offset in the epoch (time), is not that of its
+    /// shell on record to rounding, and the distance (length). The cost is O(N²) for N bodies.
+    pub(crate) fn first_outside_shell(&self, offset: f64) -> Option<(usize, usize, f64)> {
+        if !self.has_wells() {
+            return None;
+        }
+        let sides = self.bounds.sides();
+        let pairs = (0..self.bodies.len()).flat_map(|b| (0..b).map(move |a| (a, b)));
+        for (a, b) in pairs {
+            let bodies = [a as u32, b as u32];
+            let Some(last) = self.shells_of(bodies).last() else {
+                continue;
+            };
+            if self.bodies[a].is_fixed() && self.bodies[b].is_fixed() {
+                continue;
+            }
+            let motions = [a, b].map(|body| self.motions[body].at(offset));
+            let shift = self.nearest_shift([&motions[0], &motions[1]]);
+            let distance = (motions[1].position - motions[0].position + shift).length();
+            let rounding = rounding_bound(sides, last.borders[1]);
+            let is_right = match self.shells.of_pair(bodies) {
+                None => distance >= last.borders[1] - rounding,
+                Some(shell) => shell.holds(distance, rounding),
+            };
+            if !is_right {
+                return Some((a, b, distance));
+            }
+        }
+        None
+    }
+
+    /// Takes over the shells of a stored state.
+    ///
+    /// # Errors
+    /// The number of the first that cannot be.
+    pub(crate) fn restore_shells(&mut self, saved: &[([u32; 2], u8)]) -> Result<(), usize> {
+        let sides = self.bounds.sides();
+        for (number, &(bodies, shell)) in saved.iter().enumerate() {
+            let [a, b] = bodies.map(|body| body as usize);
+            if a >= b || b >= self.bodies.len() {
+                return Err(number);
+            }
+            let motions = [&self.motions[a], &self.motions[b]];
+            let between = motions[1].position - motions[0].position + self.nearest_shift(motions);
+            let distance = between.length();
+            let fits = |shell: &Shell| shell.holds(distance, rounding_bound(sides, distance));
+            let shell = self.shell(bodies, shell).filter(fits).ok_or(number)?;
+            self.shells.set(bodies, Some(shell));
+        }
+        Ok(())
+    }
+
+    /// Refuses a shear of discs with wells, ranges for which images are ambiguous, and steps that
+    /// are too narrow; `name` names a body.
+    ///
+    /// # Errors
+    /// [`SceneError::Entry`].
+    pub(crate) fn refuse_wells(&self, name: impl Fn(usize) -> String) -> Result<(), SceneError> {
+        if !self.has_wells() {
+            return Ok(());
+        }
+        if self.is_sheared() {
+            return Err(SceneError::of_entry("well", "does not go with a shear yet"));
+        }
+        let sides = self.bounds.sides();
+        let (widest, least) = (
+            MAX_SHARE * sides.min_element(),
+            MIN_WIDTH * sides.max_element(),
+        );
+        let Some((pair, [inner, outer])) = self.extreme_shell(widest, least) else {
+            return Ok(());
+        };
+        let [a, b] = pair.map(name);
+        let problem = if outer > widest {
+            format!(
+                "reaches {outer:?} (length) between {a} and {b}, so that two images are equally near: it must be less \
+                 than half the shorter side, {:?}",
+                0.5 * sides.min_element()
+            )
+        } else {
+            format!(
+                "has a step from {inner:?} to {outer:?} (length) between {a} and {b}: it must be at least 1e-10 of the \
+                 longer side wide, {least:?} (length)"
+            )
+        };
+        Err(SceneError::of_entry("well", problem))
+    }
+
+    /// A pair with a shell that ends beyond `widest` or is narrower than `least` (length), and its
+    /// borders.
+    fn extreme_shell(&self, widest: f64, least: f64) -> Option<([usize; 2], [f64; 2])> {
+        // Of each class of tags the two smallest discs and the two largest, by their indices.
+        let mut of_classes: Vec<Vec<usize>> = Vec::new();
+        for (index, body) in self.bodies.iter().enumerate() {
+            let class = body.kind.tag_class as usize;
+            if of_classes.len() <= class {
+                of_classes.resize_with(class + 1, Vec::new);
+            }
+            of_classes[class].push(index);
+        }
+        let radius = |index: &usize| self.bodies[*index].molecule().bounding_radius();
+        for list in &mut of_classes {
+            list.sort_by(|a, b| radius(a).total_cmp(&radius(b)));
+            if list.len() > 4 {
+                let count = list.len();
+                *list = vec![list[0], list[1], list[count - 2], list[count - 1]];
+            }
+        }
+        let all: Vec<usize> = of_classes.into_iter().flatten().collect();
+        for (place, &a) in all.iter().enumerate() {
+            for &b in &all[..place] {
+                if self.bodies[a].is_fixed() && self.bodies[b].is_fixed() {
+                    continue;
+                }
+                let bodies = [a.min(b) as u32, a.max(b) as u32];
+                for shell in self.shells_of(bodies) {
+                    let [inner, outer] = shell.borders;
+                    if outer > widest || outer - inner < least {
+                        return Some(([a.min(b), a.max(b)], [inner, outer]));
+                    }
+                }
+            }
+        }
+        None
+    }
+}
+
+/// A pair of discs within the range of their well, in a view.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct PairInWell {
+    /// The two discs, the one inserted earlier first.
+    pub bodies: [BodyKey; 2],
+    /// The step of the well within whose range they are, and not within that of the one before.
+    pub step: usize,
+    /// Their energy (mass × length² / time²).
+    pub energy: f64,
+}
+
+impl<'a> View<'a> {
+    /// Whether discs have wells ([`WellSpec`](crate::WellSpec)).
+    pub fn has_wells(&self) -> bool {
+        self.world.has_wells()
+    }
+
+    /// The pairs within the ranges of their wells ([`WellSpec`](crate::WellSpec)).
+    pub fn pairs_in_wells(&self) -> impl Iterator<Item = PairInWell> + use<'a> {
+        let world = self.world;
+        world
+            .shells
+            .pairs()
+            .into_iter()
+            .map(move |(bodies, shell)| {
+                let [a, b] = bodies.map(|body| &world.bodies[body as usize]);
+                let step = usize::from(shell.number);
+                let steps = world.pairs.steps(a, b).unwrap_or_default();
+                PairInWell {
+                    bodies: [a.key(), b.key()],
+                    step,
+                    energy: steps.get(step).map_or(0.0, |step| step[1]),
+                }
+            })
+    }
+
+    /// The potential energy of all wells (mass × length² / time²).
+    pub fn energy_of_wells(&self) -> f64 {
+        exact_sum(self.pairs_in_wells().map(|pair| pair.energy))
+    }
+}
