@@ -53,8 +53,8 @@ impl EnergyLedger {
         &self.series
     }
 
-    /// (E − booked)/S at each sample, with the larger S of E(first sample) and of the largest energy
-    /// exchanged up to the sample, whose rounding remains; 0 if both are 0.
+    /// (E − booked)/S at each sample, with the larger S of E(first sample) and of the largest
+    /// energy exchanged up to the sample, whose rounding remains; 0 if both are 0.
     pub fn drifts(&self) -> impl Iterator<Item = f64> {
         let mut scale = self.series.first().map_or(0.0, |first| first.energy);
         self.series.iter().map(move |point| {

@@ -9,7 +9,7 @@ impl<F: CellFrame> CellState<F> {
     /// `except` is a partner to skip.
     #[inline(never)]
     pub(super) fn search_steps(&mut self, world: &World, body: u32, now: f64, except: Option<u32>) {
-        let entries = world.shells.of(body);
+        let entries = world.shells.at(body);
         if entries.is_empty() {
             return;
         }

@@ -169,8 +169,8 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         }
     }
 
-    /// Resolves and records any contact in a system with thermal walls, reactions, wells or a shear,
-    /// and decides whether the bodies react.
+    /// Resolves and records any contact in a system with thermal walls, reactions, wells or a
+    /// shear, and decides whether the bodies react.
     #[cold]
     #[inline(never)]
     fn resolve_special(&mut self, encounter: &ContactPair) -> Result<Resolved, RunError> {

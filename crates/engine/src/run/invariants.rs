@@ -61,9 +61,10 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
     /// Checks by brute force, with the exact detector and all pairs in all images, that no bodies
     /// overlap, that no contact before `horizon` (time from now) precedes the next contact of this
     /// simulation, that all discs are in the shells of their wells that are on record, and that the
-    /// energy agrees with the ledger, to 10⁻⁹ of the present and the initial energy. After edits have put in and taken out 10⁶ times as much, rounding alone may
-    /// exceed this. The search for contacts ends where the first piston reaches a stop, and where
-    /// the velocity of a wall with a table changes.
+    /// energy agrees with the ledger, to 10⁻⁹ of the present and the initial energy. After edits
+    /// have put in and taken out 10⁶ times as much, rounding alone may exceed this. The search for
+    /// contacts ends where the first piston reaches a stop, and where the velocity of a wall with a
+    /// table changes.
     ///
     /// The cost is O(N²) for N bodies.
     ///

@@ -29,7 +29,8 @@ pub struct Counters {
     pub joint_collisions: u64,
     /// Events at which a bond has reached one of its bounds; they count among the collisions.
     pub bond_collisions: u64,
-    /// Events at which two discs have reached a step of their well; they count among the collisions.
+    /// Events at which two discs have reached a step of their well; they count among the
+    /// collisions.
     pub step_collisions: u64,
     /// Contacts that follow another contact of one of their bodies at the same instant. They are
     /// resolved one after the other, and the result depends on their order.
@@ -86,9 +87,9 @@ impl Add for SchedulerCounters {
 /// Energy lost and put in since the system was built (mass × length² / time²).
 ///
 /// At any time the kinetic energy is `initial − lost + put_in + heat + work + fallen + sheared +
-/// wells − dragged`, to rounding: each contact and each edit may add an error of some roundings of the
-/// largest energy and of the largest entry so far. After a large energy has been put in and taken
-/// out again, the error may exceed the energy left.
+/// wells − dragged`, to rounding: each contact and each edit may add an error of some roundings of
+/// the largest energy and of the largest entry so far. After a large energy has been put in and
+/// taken out again, the error may exceed the energy left.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Ledger {

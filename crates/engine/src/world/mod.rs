@@ -8,6 +8,7 @@ pub(crate) mod counters;
 pub(crate) mod drives;
 pub(crate) mod heat;
 pub(crate) mod index_or_none;
+pub(crate) mod near_pairs;
 pub(crate) mod pair_table;
 pub(crate) mod pistons;
 pub(crate) mod reaction_record;
@@ -335,10 +336,10 @@ impl World {
 
     /// The factor on the sum of the radii of two discs at their next contact: 1 unless a
     /// [`DiameterSpec`](crate::DiameterSpec) applies, or they are outside their well, whose range
-    /// they reach first ([`WellSpec`](crate::WellSpec)). It is 0 for two bodies that do not see each
-    /// other ([`TransparentSpec`](crate::TransparentSpec)), and for two discs in their well, whose
-    /// events are those of [`Self::first_step`]. Schedulers must leave out both. The bodies are
-    /// indices in the order of [`Self::bodies`].
+    /// they reach first ([`WellSpec`](crate::WellSpec)). It is 0 for two bodies that do not see
+    /// each other ([`TransparentSpec`](crate::TransparentSpec)), and for two discs in their well,
+    /// whose events are those of [`Self::first_step`]. Schedulers must leave out both. The bodies
+    /// are indices in the order of [`Self::bodies`].
     #[inline]
     pub fn pair_factor(&self, bodies: [u32; 2]) -> f64 {
         let [a, b] = bodies.map(|body| &self.bodies[body as usize]);

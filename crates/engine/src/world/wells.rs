@@ -16,13 +16,13 @@ use carom_kinematics::Motion;
 use smallvec::SmallVec;
 
 use crate::{
-    contact::overlap::each_near_pair,
     scene::error::SceneError,
     world::{
         World,
         body::BodyKey,
         contact_event::{ContactEvent, TouchingParts},
         heat::exact_sum,
+        near_pairs::each_near_pair,
         rounding_bound::rounding_bound,
         view::{BodyView, View, body_at},
     },
@@ -38,14 +38,14 @@ const MIN_WIDTH: f64 = 1e-10;
 
 /// A shell of a pair of discs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Shell {
+pub(crate) struct WellShell {
     /// Its number, from 0 at contact outwards.
     pub number: u8,
     /// The distances of the centres at its borders (length).
     borders: [f64; 2],
 }
 
-impl Shell {
+impl WellShell {
     /// A tether between the borders.
     fn tether(&self) -> Option<Tether> {
         Tether::new(Default::default(), self.borders).ok()
@@ -64,7 +64,7 @@ pub(crate) struct InWell {
     /// The other disc, by its index.
     pub partner: u32,
     /// The shell of the pair.
-    pub shell: Shell,
+    pub shell: WellShell,
 }
 
 /// The shells of all pairs within the ranges of their wells.
@@ -74,19 +74,19 @@ pub(crate) struct Shells(Vec<SmallVec<[InWell; 6]>>);
 impl Shells {
     /// The discs in whose wells a disc is.
     #[inline]
-    pub fn of(&self, body: u32) -> &[InWell] {
+    pub fn at(&self, body: u32) -> &[InWell] {
         self.0.get(body as usize).map_or(&[], SmallVec::as_slice)
     }
 
     /// The shell of a pair; `None` beyond the last range.
     #[inline]
-    pub fn of_pair(&self, [a, b]: [u32; 2]) -> Option<Shell> {
-        let found = self.of(a).iter().find(|entry| entry.partner == b)?;
+    pub fn of_pair(&self, [a, b]: [u32; 2]) -> Option<WellShell> {
+        let found = self.at(a).iter().find(|entry| entry.partner == b)?;
         Some(found.shell)
     }
 
     /// Sets the shell of a pair.
-    pub fn set(&mut self, [a, b]: [u32; 2], shell: Option<Shell>) {
+    pub fn set(&mut self, [a, b]: [u32; 2], shell: Option<WellShell>) {
         let bodies = a.max(b) as usize + 1;
         if self.0.len() < bodies {
             self.0.resize_with(bodies, SmallVec::new);
@@ -106,7 +106,7 @@ impl Shells {
     }
 
     /// All pairs and their shells, in order.
-    pub fn pairs(&self) -> Vec<([u32; 2], Shell)> {
+    pub fn pairs(&self) -> Vec<([u32; 2], WellShell)> {
         let mut pairs = Vec::new();
         for (body, list) in (0..).zip(&self.0) {
             let later = list.iter().filter(|entry| entry.partner > body);
@@ -140,7 +140,7 @@ impl Shells {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct StepAhead {
     /// The shell beyond the step; `None` outside the well.
-    pub shell: Option<Shell>,
+    pub shell: Option<WellShell>,
     /// Kinetic energy that the pair gains by the step (mass × length² / time²).
     pub gain: f64,
 }
@@ -154,7 +154,7 @@ impl World {
 
     /// The discs in whose wells a disc is, by their indices.
     pub fn in_wells_of(&self, body: u32) -> impl Iterator<Item = u32> {
-        self.shells.of(body).iter().map(|entry| entry.partner)
+        self.shells.at(body).iter().map(|entry| entry.partner)
     }
 
     /// The next event of a pair within the range of its well, from `now` (offset in the epoch) up
@@ -176,7 +176,7 @@ impl World {
     /// The next event of a pair in a shell, like [`Self::first_step`].
     pub(crate) fn first_step_from(
         &self,
-        shell: Shell,
+        shell: WellShell,
         bodies: [u32; 2],
         motions: [&Motion; 2],
         now: f64,
@@ -202,7 +202,7 @@ impl World {
     }
 
     /// The shell of a pair with this number.
-    fn shell(&self, bodies: [u32; 2], number: u8) -> Option<Shell> {
+    fn shell(&self, bodies: [u32; 2], number: u8) -> Option<WellShell> {
         let [a, b] = bodies.map(|body| &self.bodies[body as usize]);
         let steps = self.pairs.steps(a, b)?;
         let contact = self.pairs.factor(a, b)
@@ -211,11 +211,11 @@ impl World {
         let step = usize::from(number);
         let inner = if step == 0 { contact } else { range(step - 1)? };
         let borders = [inner, range(step)?];
-        Some(Shell { number, borders })
+        Some(WellShell { number, borders })
     }
 
     /// All shells of a pair, from the inside outwards.
-    fn shells_of(&self, bodies: [u32; 2]) -> impl Iterator<Item = Shell> {
+    fn shells_of(&self, bodies: [u32; 2]) -> impl Iterator<Item = WellShell> {
         (0..=u8::MAX).map_while(move |number| self.shell(bodies, number))
     }
 
@@ -339,7 +339,7 @@ impl World {
             let motions = [&self.motions[a], &self.motions[b]];
             let between = motions[1].position - motions[0].position + self.nearest_shift(motions);
             let distance = between.length();
-            let fits = |shell: &Shell| shell.holds(distance, rounding_bound(sides, distance));
+            let fits = |shell: &WellShell| shell.holds(distance, rounding_bound(sides, distance));
             let shell = self.shell(bodies, shell).filter(fits).ok_or(number)?;
             self.shells.set(bodies, Some(shell));
         }

@@ -72,8 +72,8 @@ impl Observer for Virial {
 impl Measured for Virial {
     const OF_INTERVALS: bool = true;
 
-    /// The pressure, weighted with the lengths of the intervals, and the compressibility factor: the
-    /// ratio of the means. The mean of ratios differs from it where the temperature fluctuates.
+    /// The pressure, weighted with the lengths of the intervals, and the compressibility factor:
+    /// the ratio of the means. The mean of ratios differs from it where the temperature fluctuates.
     fn sums(&self) -> Sums {
         let sums = self.means.sums();
         let [pressure, ideal] = [0, 1].map(|n| sums.get(n).copied().unwrap_or_default());
