@@ -6,7 +6,6 @@ use carom_engine::{
     CellScheduler, CellsPerSide, DrawKey, HeapScheduler, Instructions, Scene, Scheduler,
     Simulation, ThermostatRule, ThermostatTarget, View, WellSpec,
 };
-use carom_kinematics::EpochTime;
 use carom_response::Impact;
 use proptest::prelude::*;
 
@@ -251,14 +250,8 @@ fn time_reversal_returns() {
 fn a_resumed_run_has_the_same_bits() {
     for number in 0..SCENES.len() {
         let mut simulation = new(&scene(number, 2));
-        simulation
-            .observe_epoch(EpochTime::from(3.0), &mut ())
-            .unwrap();
-        let Some(checkpoint) = simulation.checkpoint() else {
-            simulation.run_until(0.5).unwrap();
-            simulation.end_epoch_here();
-            continue;
-        };
+        simulation.run_until(3.0).unwrap();
+        let checkpoint = simulation.end_epoch_here();
         let mut resumed = Simulation::resume(&checkpoint).unwrap();
         for run in [&mut simulation, &mut resumed] {
             run.run_until(3.5).unwrap();
@@ -273,6 +266,57 @@ fn a_resumed_run_has_the_same_bits() {
         let energies = [&simulation, &resumed].map(|run| run.view().energy_of_wells().to_bits());
         assert_eq!(energies[0], energies[1]);
     }
+}
+
+/// Discs that have just passed a step, or have bounced back from it, are at its range to rounding.
+#[test]
+fn an_edit_after_a_step_moves_no_pair_over_it() {
+    for number in 0..SCENES.len() {
+        let scene = scene(number, 6);
+        let mut simulation = new(&scene);
+        let mut steps = 0;
+        while steps < 40 {
+            simulation.step(100.0, &mut ()).unwrap();
+            let events = simulation.view().counters().step_collisions;
+            if events > steps {
+                steps = events;
+                let before = simulation.view().energy_of_wells();
+                simulation
+                    .edit(|batch| batch.set_wells(&scene.well))
+                    .unwrap();
+                assert_eq!(
+                    simulation.view().energy_of_wells(),
+                    before,
+                    "scene {number}"
+                );
+            }
+        }
+    }
+}
+
+/// A step of energy 0 changes nothing, also not to the guard against inelastic collapse.
+#[test]
+fn a_step_without_energy_does_not_change_the_cooling() {
+    let run = |steps: &str| {
+        let text = format!(
+            "[elasticity]\ndefault = 0.9\ncontact_time = 0.02\n{steps}\
+             [[gas]]\ntags = [\"a\"]\nradius = 0.02\nmass = 1.0\ntemperature = 1.0\ncount = 200"
+        );
+        let mut simulation = new(&Scene::from_toml(&text).unwrap());
+        simulation.run_until(1.0).unwrap();
+        let counters = *simulation.view().counters();
+        (simulation.view().energy(), counters.guarded_collisions)
+    };
+    let (plain, guarded) = run("");
+    let (with_step, also_guarded) = run("[[well]]\nbetween = [\"a\"]\nsteps = [[1.01, 0.0]]\n");
+    assert!(
+        (with_step / plain - 1.0).abs() < 0.05,
+        "{with_step} {plain}"
+    );
+    assert!(
+        guarded.abs_diff(also_guarded) < 20,
+        "{guarded} {also_guarded}"
+    );
 }
 
 #[test]

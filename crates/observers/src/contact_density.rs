@@ -238,8 +238,8 @@ impl Observer for ContactDensity {
             return;
         };
         self.watched_until(report.time);
-        // A contact without impulse has no direction.
-        if impulse == DVec2::ZERO {
+        // A contact without impulse has no direction, and bonds and wells do not act on surfaces.
+        if impulse == DVec2::ZERO || report.bond.is_some() || report.is_step {
             return;
         }
         let partner = report

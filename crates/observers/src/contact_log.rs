@@ -97,7 +97,9 @@ impl Observer for ContactLog {
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
         let bodies = report.sides.each_ref().map(|side| side.body);
-        let Some(bounds) = self.bounds.filter(|_| self.filter.matches(bodies)) else {
+        // Surfaces do not touch at a step of a well.
+        let counts = self.filter.matches(bodies) && !report.is_step;
+        let Some(bounds) = self.bounds.filter(|_| counts) else {
             return;
         };
         let [first, second] = &report.sides;

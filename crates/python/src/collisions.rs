@@ -7,7 +7,7 @@ use carom::{
 };
 
 /// Bytes of one row; `_collisions.py` has the fields in the same order.
-pub const ROW: usize = 8 + 2 * 8 + 2 * 4 + 2 * 4 + 3 * 16 + 8 + 3 * 32 + 3 * 16;
+pub const ROW: usize = 8 + 2 * 8 + 2 * 4 + 2 * 4 + 3 * 16 + 8 + 3 * 32 + 3 * 16 + 8;
 
 /// Largest number of rows kept at once (about 24 GB). More is taken as a mistake.
 pub const MAX_ROWS: usize = 100_000_000;
@@ -100,5 +100,11 @@ fn write(bytes: &mut Vec<u8>, report: &CollisionReport<'_>) {
         .as_flattened()
         .iter()
         .for_each(|number| put(&number.to_ne_bytes()));
+    let kind: i64 = match (report.bond, report.is_step) {
+        (Some(_), _) => 1,
+        (None, true) => 2,
+        (None, false) => 0,
+    };
+    put(&kind.to_ne_bytes());
     bytes.extend_from_slice(&row);
 }

@@ -77,7 +77,7 @@
 //! 4. The workspace of a run, of which any number may exist: `state`.
 //! 5. Lists of multi-cell bodies: `walls`, `multi_cell::listing`.
 //! 6. Predictions: `dispatch`, the searches in `multi_cell`, `discs`, `discs_by_pair`, `dilute`,
-//!    `molecule_search`, `tethers`, `wells`, and `prediction`, which selects one of them by the
+//!    `molecule_search`, `partners`, and `prediction`, which selects one of them by the
 //!    contents of the cells.
 //! 7. The loop over the events: `events`; and `tiles`, which runs parts of the box on their own.
 //!
@@ -109,15 +109,14 @@ mod molecule_search;
 mod molecules;
 mod multi_cell;
 mod neighbour_lists;
+mod partners;
 mod prediction;
 mod prefetch;
 mod simd;
 mod slot;
 mod state;
-mod tethers;
 mod tiles;
 mod walls;
-mod wells;
 
 use carom_detection::Detection;
 use carom_response::Response;

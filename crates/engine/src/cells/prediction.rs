@@ -48,7 +48,7 @@ impl<F: CellFrame> CellState<F> {
             CellContents::TiedDiscs if !self.multi_cell.is_multi_cell(body) => {
                 let events = self.query_neighbours(kernel, body, now);
                 self.store_disc_event(world, detection, body, now, &events);
-                self.search_bonds(world, body, now, None);
+                self.search_partners(world, body, now, None);
                 self.records[body as usize].time
             }
             // All bodies of a dilute gas live in cells.
@@ -86,11 +86,8 @@ impl<F: CellFrame> CellState<F> {
         } else {
             predict_molecule(self, world, detection, body, now, except);
         }
-        if world.is_tethered() {
-            self.search_bonds(world, body, now, except);
-        }
-        if world.has_wells() {
-            self.search_steps(world, body, now, except);
+        if world.is_tethered() || world.has_wells() {
+            self.search_partners(world, body, now, except);
         }
         self.records[body as usize].time
     }

@@ -248,7 +248,7 @@ impl<R: Response> Rules<'_, R> {
         }
     }
 
-    /// Resolves the arrival of two discs at the range of a step of their well, and tells whether
+    /// Resolves the arrival of two discs at the range of a step of their well, and returns whether
     /// they pass it.
     ///
     /// Along the line of centres, the speed u of approach to the range becomes √(u² + 2 ΔE/μ), with

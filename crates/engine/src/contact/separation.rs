@@ -122,8 +122,8 @@ pub(crate) fn missing_impulse(
     (approach.abs() < least).then(|| (least + approach) * mass * frame.normal())
 }
 
-/// The least speed with which two discs bounce back from a step of their well (length per time), so
-/// that the search sees that they do.
+/// The least speed with which two discs bounce back from a step of their well (length per time):
+/// above the speed that the search resolves.
 pub(crate) fn least_speed_at_step(
     world: &World,
     contact: &ContactEvent,

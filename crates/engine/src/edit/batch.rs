@@ -714,8 +714,8 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             world.keep_bodies(|index| !removed[index]);
         }
         refuse_drag(&world, world.naming(&names))?;
-        refuse_gravity(&world)?;
         elasticity.classify(&mut world, &self.response, &mut reactions)?;
+        refuse_gravity(&world)?;
         refuse_shear(&world, world.naming(&names))?;
         refuse_pistons(&world, world.naming(&names))?;
         refuse_bonds(&world, &elasticity, world.naming(&names))?;

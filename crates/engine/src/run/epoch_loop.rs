@@ -483,7 +483,9 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         };
         self.limits
             .accept(self.world, self.names, places, velocities, spin)?;
-        if !self.world.last_contacts.is_empty() {
+        // Surfaces do not touch at a step: it is no contact to the guard against collapse.
+        let is_step = matches!(parts, TouchingParts::Step(_));
+        if !is_step && !self.world.last_contacts.is_empty() {
             for body in bodies {
                 self.world.last_contacts[body as usize] = time;
             }
@@ -531,7 +533,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
                     TouchingParts::Bond(bond, _) => Some(bond),
                     _ => None,
                 },
-                is_step: matches!(parts, TouchingParts::Step(_)),
+                is_step,
                 work: resolved.work,
                 drag: self.world.clock.drag(),
             });

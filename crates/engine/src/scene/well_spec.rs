@@ -82,7 +82,7 @@ impl WellSpec {
                      {range:?} follows {before:?}"
                 ));
             }
-            if !(energy.abs() <= MAX_MAGNITUDE) {
+            if energy.is_nan() || energy.abs() > MAX_MAGNITUDE {
                 return Err(format!(
                     "the energies of `steps` must be from -{MAX_MAGNITUDE:e} to {MAX_MAGNITUDE:e}, but one is {energy:?}"
                 ));

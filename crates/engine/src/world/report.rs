@@ -66,7 +66,8 @@ pub struct CollisionReport<'a> {
     pub time: EpochTime,
     /// The two bodies, the one inserted earlier first.
     pub sides: [Side<'a>; 2],
-    /// Point of contact, in the frame of the first body's image (length).
+    /// Point of contact, in the frame of the first body's image (length); at a step of a well the
+    /// centre of the first disc.
     pub point: DVec2,
     /// Unit vector from the first body to the second at the point of contact; of a bond at its
     /// longest, from the tied point of the second to that of the first, and of discs that leave a

@@ -11,6 +11,8 @@
 //! one of the two, like a bond, in the image that is nearest: two discs within a range of less than
 //! half a side have one such image, which the pair cannot leave without crossing a step.
 
+use std::collections::BTreeMap;
+
 use carom_detection::{Outcome, Tether, TetherBound};
 use carom_kinematics::Motion;
 use smallvec::SmallVec;
@@ -35,6 +37,9 @@ const MAX_SHARE: f64 = 0.5 - 1e-6;
 /// Smallest width of a shell as a share of the longer side. Smaller: positions are rounded by more
 /// than 10⁻⁵ of the width.
 const MIN_WIDTH: f64 = 1e-10;
+
+/// Most pairs within the ranges of their wells, at random places: about 5 GB.
+const MAX_PAIRS: f64 = 3e7;
 
 /// A shell of a pair of discs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,7 +86,14 @@ impl Shells {
     /// The shell of a pair; `None` beyond the last range.
     #[inline]
     pub fn of_pair(&self, [a, b]: [u32; 2]) -> Option<WellShell> {
-        let found = self.at(a).iter().find(|entry| entry.partner == b)?;
+        // Both have the pair in their lists; that of a large disc may be long.
+        let (of_a, of_b) = (self.at(a), self.at(b));
+        let (list, partner) = if of_a.len() <= of_b.len() {
+            (of_a, b)
+        } else {
+            (of_b, a)
+        };
+        let found = list.iter().find(|entry| entry.partner == partner)?;
         Some(found.shell)
     }
 
@@ -136,7 +148,7 @@ impl Shells {
     }
 }
 
-/// What a pair finds where it reaches the range of a step.
+/// The shell beyond a step, and the energy gained there.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct StepAhead {
     /// The shell beyond the step; `None` outside the well.
@@ -234,7 +246,7 @@ impl World {
         }
     }
 
-    /// What is beyond the step that a pair reaches.
+    /// Returns the shell beyond the step that a pair reaches, and the gain.
     pub(crate) fn step_ahead(&self, bodies: [u32; 2], bound: TetherBound) -> StepAhead {
         let [a, b] = bodies.map(|body| &self.bodies[body as usize]);
         let steps = self.pairs.steps(a, b).unwrap_or_default();
@@ -281,9 +293,12 @@ impl World {
                 let now = self.shell(bodies, shell.number)?;
                 now.holds(distance, rounding).then_some(now)
             });
+            // A pair that is not on record, and is at the last range to rounding, is outside.
             let by_distance = || {
-                self.shells_of(bodies)
-                    .find(|shell| distance < shell.borders[1])
+                let inside = |shell: &WellShell| distance < shell.borders[1];
+                let shell = self.shells_of(bodies).find(inside)?;
+                let is_last = self.shell(bodies, shell.number + 1).is_none();
+                (!is_last || distance < shell.borders[1] - rounding).then_some(shell)
             };
             if let Some(shell) = stays.or_else(by_distance) {
                 found.push((bodies, shell));
@@ -328,7 +343,8 @@ impl World {
     /// Takes over the shells of a stored state.
     ///
     /// # Errors
-    /// The number of the first that cannot be.
+    /// The index of the first pair that is out of order, is not of two discs with a well, or is not
+    /// at the distance of its shell.
     pub(crate) fn restore_shells(&mut self, saved: &[([u32; 2], u8)]) -> Result<(), usize> {
         let sides = self.bounds.sides();
         for (number, &(bodies, shell)) in saved.iter().enumerate() {
@@ -363,62 +379,109 @@ impl World {
             MAX_SHARE * sides.min_element(),
             MIN_WIDTH * sides.max_element(),
         );
-        let Some((pair, [inner, outer])) = self.extreme_shell(widest, least) else {
-            return Ok(());
-        };
-        let [a, b] = pair.map(name);
-        let problem = if outer > widest {
-            format!(
-                "reaches {outer:?} (length) between {a} and {b}, so that two images are equally near: it must be less \
-                 than half the shorter side, {:?}",
-                0.5 * sides.min_element()
-            )
-        } else {
-            format!(
-                "has a step from {inner:?} to {outer:?} (length) between {a} and {b}: it must be at least 1e-10 of the \
-                 longer side wide, {least:?} (length)"
-            )
-        };
-        Err(SceneError::of_entry("well", problem))
+        let groups = self.groups_of_discs();
+        let mut pairs = 0.0;
+        for (n, one) in groups.iter().enumerate() {
+            for other in &groups[..=n] {
+                if let Some((pair, [inner, outer])) =
+                    self.extreme_shell([&one.extremes, &other.extremes], widest, least)
+                {
+                    let [a, b] = pair.map(name);
+                    let problem = if outer > widest {
+                        format!(
+                            "reaches {outer:?} (length) between {a} and {b}, so that two images are equally near: it \
+                             must be less than half the shorter side, {:?}",
+                            0.5 * sides.min_element()
+                        )
+                    } else {
+                        format!(
+                            "has a step from {inner:?} to {outer:?} (length) between {a} and {b}: it must be at least \
+                             1e-10 of the longer side wide, {least:?} (length)"
+                        )
+                    };
+                    return Err(SceneError::of_entry("well", problem));
+                }
+                pairs += self.expected_pairs(one, other);
+            }
+        }
+        if pairs > MAX_PAIRS {
+            let problem = format!(
+                "would hold about {pairs:.1e} pairs at random places, at most {MAX_PAIRS:.0e} are allowed: make the \
+                 ranges shorter"
+            );
+            return Err(SceneError::of_entry("well", problem));
+        }
+        Ok(())
     }
 
-    /// A pair with a shell that ends beyond `widest` or is narrower than `least` (length), and its
-    /// borders.
-    fn extreme_shell(&self, widest: f64, least: f64) -> Option<([usize; 2], [f64; 2])> {
-        // Of each class of tags the two smallest discs and the two largest, by their indices.
-        let mut of_classes: Vec<Vec<usize>> = Vec::new();
+    /// The discs of each class of tags that move, and those that are fixed.
+    fn groups_of_discs(&self) -> Vec<DiscGroup> {
+        let mut groups: BTreeMap<(u32, bool), Vec<usize>> = BTreeMap::new();
         for (index, body) in self.bodies.iter().enumerate() {
-            let class = body.kind.tag_class as usize;
-            if of_classes.len() <= class {
-                of_classes.resize_with(class + 1, Vec::new);
-            }
-            of_classes[class].push(index);
+            let group = (body.kind.tag_class, body.is_fixed());
+            groups.entry(group).or_default().push(index);
         }
         let radius = |index: &usize| self.bodies[*index].molecule().bounding_radius();
-        for list in &mut of_classes {
-            list.sort_by(|a, b| radius(a).total_cmp(&radius(b)));
-            if list.len() > 4 {
-                let count = list.len();
-                *list = vec![list[0], list[1], list[count - 2], list[count - 1]];
+        let group = |mut all: Vec<usize>| {
+            all.sort_by(|a, b| radius(a).total_cmp(&radius(b)));
+            let count = all.len();
+            if count > 4 {
+                all = vec![all[0], all[1], all[count - 2], all[count - 1]];
             }
-        }
-        let all: Vec<usize> = of_classes.into_iter().flatten().collect();
-        for (place, &a) in all.iter().enumerate() {
-            for &b in &all[..place] {
-                if self.bodies[a].is_fixed() && self.bodies[b].is_fixed() {
-                    continue;
-                }
-                let bodies = [a.min(b) as u32, a.max(b) as u32];
-                for shell in self.shells_of(bodies) {
-                    let [inner, outer] = shell.borders;
-                    if outer > widest || outer - inner < least {
-                        return Some(([a.min(b), a.max(b)], [inner, outer]));
-                    }
+            DiscGroup {
+                count: count as f64,
+                extremes: all,
+            }
+        };
+        groups.into_values().map(group).collect()
+    }
+
+    /// A pair of these discs with a shell that ends beyond `widest` or is narrower than `least`
+    /// (length), and its borders.
+    fn extreme_shell(
+        &self,
+        [some, others]: [&[usize]; 2],
+        widest: f64,
+        least: f64,
+    ) -> Option<([usize; 2], [f64; 2])> {
+        for (&a, &b) in some.iter().flat_map(|a| others.iter().map(move |b| (a, b))) {
+            if a == b || (self.bodies[a].is_fixed() && self.bodies[b].is_fixed()) {
+                continue;
+            }
+            let pair = [a.min(b), a.max(b)];
+            for shell in self.shells_of(pair.map(|body| body as u32)) {
+                let [inner, outer] = shell.borders;
+                if outer > widest || outer - inner < least {
+                    return Some((pair, [inner, outer]));
                 }
             }
         }
         None
     }
+
+    /// The number of pairs of two groups within the ranges of their wells at random places.
+    fn expected_pairs(&self, one: &DiscGroup, other: &DiscGroup) -> f64 {
+        let (Some(&a), Some(&b)) = (one.extremes.last(), other.extremes.last()) else {
+            return 0.0;
+        };
+        if self.bodies[a].is_fixed() && self.bodies[b].is_fixed() {
+            return 0.0;
+        }
+        let widest = self.shells_of([a as u32, b as u32]).last();
+        let Some([_, range]) = widest.map(|shell| shell.borders) else {
+            return 0.0;
+        };
+        let share = std::f64::consts::PI * range * range / self.bounds.area();
+        let both = if a == b { 0.5 } else { 1.0 };
+        both * one.count * other.count * share.min(1.0)
+    }
+}
+
+/// Discs of one class of tags, which all move or are all fixed.
+struct DiscGroup {
+    count: f64,
+    /// The two smallest and the two largest, in ascending order, by their indices.
+    extremes: Vec<usize>,
 }
 
 /// A pair of discs within the range of their well, in a view.

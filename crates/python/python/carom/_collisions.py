@@ -28,6 +28,7 @@ COLLISION = np.dtype(
         ("angles", "f8", 2),
         ("angular_velocities_before", "f8", 2),
         ("angular_velocities_after", "f8", 2),
+        ("kind", "i8"),
     ]
 )
 
@@ -43,7 +44,7 @@ class Collision:
     """The report of one collision of two bodies, the one inserted earlier first.
 
     Attributes have one entry for each body, except for ``time``, ``point``, ``normal``,
-    ``impulse``, ``image`` and ``elasticity``. The fields are those of
+    ``impulse``, ``image``, ``elasticity`` and ``kind``. The fields are those of
     :meth:`Simulation.collisions`.
 
     Examples
@@ -93,7 +94,7 @@ class Collision:
 
     @property
     def atoms(self) -> tuple[int, int]:
-        """Indices of the atoms that touched; −1 for the face of a wall.
+        """Indices of the atoms that touched; −1 for the face of a wall, and where none touch.
 
         Examples
         --------
@@ -102,6 +103,18 @@ class Collision:
         """
         first, second = self._row["atoms"].tolist()
         return first, second
+
+    @property
+    def kind(self) -> str:
+        """``contact``, or ``bond`` where a bond reaches a bound, or ``step`` where two discs reach a
+        step of their well.
+
+        Examples
+        --------
+        >>> hit.kind
+        'contact'
+        """
+        return ("contact", "bond", "step")[int(self._row["kind"])]
 
     @property
     def impulse(self) -> NDArray[np.float64]:

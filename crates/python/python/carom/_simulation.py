@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -1272,7 +1273,7 @@ class Simulation:
         >>> sim.energy_of_wells
         0.0
         """
-        return float(self.pairs_in_wells[2].sum())
+        return math.fsum(self.pairs_in_wells[2].tolist())
 
     def lock(self, which: Which = None) -> None:
         """Locks the present orientation of bodies; they stop turning.

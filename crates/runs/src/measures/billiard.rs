@@ -47,14 +47,15 @@ pub(super) struct Billiard {
 }
 
 impl Billiard {
-    /// `None` unless one body moves among fixed ones that are equal, one of the two is a disc, and
-    /// the disc can go around each molecule.
+    /// `None` unless one body moves among fixed ones that are equal, one of the two is a disc, the
+    /// disc can go around each molecule, and no rules for pairs of tags apply.
     pub(super) fn new(view: &View<'_>) -> Option<Self> {
         let fixed = || view.bodies().filter(|body| body.body.is_fixed());
         let mut moving = view.bodies().filter(|body| body.body.is_free());
         let (mover, another) = (moving.next()?.body, moving.next());
         let count = view.len() - 1;
         if another.is_some()
+            || view.has_pair_rules()
             || !(1..=MAX_FIXED).contains(&count)
             || fixed().any(|body| body.body.is_wall())
         {

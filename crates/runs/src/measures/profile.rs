@@ -168,8 +168,12 @@ fn slab(view: &View<'_>, axis: usize) -> Option<[f64; 2]> {
     Some([pair[0].0, pair[1].0])
 }
 
-/// Mass and diameter of the moving bodies, if they are equal discs and belong to the group.
+/// Mass and diameter of the moving bodies, if they are equal discs and belong to the group, and no
+/// rules for pairs of tags apply.
 fn equal_discs(selection: &Selection<'_>) -> Option<[f64; 2]> {
+    if selection.view.has_pair_rules() {
+        return None;
+    }
     let moving = || {
         let bodies = selection.view.bodies();
         bodies.filter(|body| body.body.is_free())

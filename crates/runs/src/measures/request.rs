@@ -249,7 +249,7 @@ pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
         && stages::has_wells(scene)
     {
         bail!(
-            "{}: '{}' takes all energy for kinetic, but wells hold some of it: remove it, or the wells",
+            "{}: '{}' does not include the energy of wells: remove it, or the wells",
             request.entry,
             request.kind.name
         );

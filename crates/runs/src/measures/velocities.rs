@@ -80,7 +80,7 @@ impl Velocities {
             distribution,
             kurtosis: [0.0; 2],
             has_one_mass: masses.all(|mass| Some(mass) == first),
-            freedom: (along_x == along_y).then_some(freedom),
+            freedom: (along_x == along_y && !selection.view.has_wells()).then_some(freedom),
         })
     }
 
@@ -348,7 +348,10 @@ impl Velocities {
         };
         let error = f64::sqrt(2.0 * (1.0 + spread) / freedom);
         let figure = Figure::new(name, test.value / (freedom * effect), "1").error(error);
-        Some(figure.predicted(1.0, "Maxwell at fixed energy and momentum"))
+        Some(figure.predicted(
+            self.freedom.map(|_| 1.0),
+            "Maxwell at fixed energy and momentum",
+        ))
     }
 
     /// Mean of the design effects of joined bins of the speeds, which begin at `starts`, and their

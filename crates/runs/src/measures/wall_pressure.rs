@@ -76,7 +76,7 @@ impl OfGas {
             .filter(|body| body.body.is_fixed())
             .all(|body| is_wall(body.body));
         let diameter = radius
-            .filter(|_| are_equal && are_alone)
+            .filter(|_| are_equal && are_alone && !view.has_pair_rules())
             .map(|radius| 2.0 * radius);
         Ok(Self {
             walls,

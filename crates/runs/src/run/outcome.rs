@@ -39,6 +39,8 @@ pub const AT_ONCE: [&str; 2] = [
 
 /// Number of events of bonds.
 pub const OF_BONDS: &str = "events of bonds";
+/// Name of the number of steps of wells.
+pub const OF_WELLS: &str = "steps of wells";
 
 /// A run ends at its end to this share of it: rounding of the clock.
 const END: f64 = 1e-12;
@@ -62,6 +64,8 @@ pub struct RunOutcome {
     at_once: [u64; 2],
     /// Events of bonds, if there are any bonds.
     of_bonds: Option<u64>,
+    /// Steps of wells, if discs have wells.
+    of_wells: Option<u64>,
     /// The time from which on the run was measured, if the run has found it.
     measured_from: Option<f64>,
     /// Number of bodies at rest that thermostats have left out, summed over their actions, by tag.
@@ -272,6 +276,7 @@ pub(super) fn outcome_of(
             view.counters().simultaneous_collisions,
         ],
         of_bonds: (view.bonds().len() > 0).then(|| view.counters().bond_collisions),
+        of_wells: view.has_wells().then(|| view.counters().step_collisions),
         measured_from: measures
             .measured_from()
             .filter(|_| scene.run.measure_from == MeasureFrom::Auto),
@@ -401,6 +406,9 @@ impl RunOutcome {
         let of_bonds = self
             .of_bonds
             .map(|count| Figure::new(OF_BONDS, count as f64, "1"));
+        let of_wells = self
+            .of_wells
+            .map(|count| Figure::new(OF_WELLS, count as f64, "1"));
         let optional = [
             fixed,
             self.temperature.map(temperature),
@@ -408,6 +416,7 @@ impl RunOutcome {
             several,
             at_once,
             of_bonds,
+            of_wells,
         ];
         std::iter::once(bodies)
             .chain(optional.into_iter().flatten())

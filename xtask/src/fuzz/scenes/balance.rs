@@ -23,6 +23,7 @@ impl Watcher {
             ledger.dragged,
             ledger.work,
             ledger.fallen,
+            ledger.wells,
             // Sums of m a·x over all bodies, of which an entry is the difference.
             self.largest_potential_energy(),
         ];
@@ -108,6 +109,12 @@ impl Watcher {
                 fallen,
                 fallen_error,
             ),
+            (
+                "gain in wells",
+                ledger.wells - self.gained_before,
+                self.gained,
+                0.0,
+            ),
         ] {
             if resolved && exceeds((entry - own).abs(), allowed + error) {
                 self.report.fail(
@@ -135,8 +142,8 @@ impl Watcher {
                 format!("it is {:e}, that of the bodies {own:e}", view.energy()),
             );
         }
-        // Kinetic energy grows by the work of walls and of gravity, less the losses.
-        let given = self.work + fallen - self.lost;
+        // Kinetic energy grows by the work of walls and of gravity and in wells, less the losses.
+        let given = self.work + fallen + self.gained - self.lost;
         let off = (own - self.energy_before - given).abs();
         let allowed = allowed + rounding + 2.0 * self.work_error + fallen_error;
         if resolved && self.rules.drag == 0.0 {

@@ -287,6 +287,13 @@ impl Variants<'_> {
     fn remove_pairs(&mut self) {
         self.with(|case| case.scene.transparent.clear());
         self.with(|case| case.scene.diameter.clear());
+        self.with(|case| case.scene.well.clear());
+        for index in 0..self.original.scene.well.len() {
+            self.with(|case| {
+                case.scene.well.remove(index);
+            });
+            self.with(|case| case.scene.well[index].steps.truncate(1));
+        }
         for index in 0..self.original.scene.transparent.len() {
             self.with(|case| {
                 case.scene.transparent.remove(index);
@@ -438,6 +445,7 @@ pub fn drop_unknown_pairs(scene: &mut Scene) {
     let is_known = |between: &[String]| between.iter().all(|tag| known.contains(tag));
     scene.transparent.retain(|rule| is_known(&rule.between));
     scene.diameter.retain(|rule| is_known(&rule.between));
+    scene.well.retain(|rule| is_known(&rule.between));
 }
 
 /// Rounds `x` to `digits` decimal digits after the first.

@@ -218,6 +218,9 @@ impl Sketch {
         scene.elasticity = elasticity(draw, class, features.rough);
         if features.pairs {
             rules::add_pairs(draw, &mut scene);
+            if draw.happens(0.5) {
+                rules::add_wells(draw, &mut scene);
+            }
         }
         scene.gravity.acceleration = features.gravity;
         Self {
@@ -486,9 +489,11 @@ impl Sketch {
         }
     }
 
-    /// Returns true if fixed discs are refused: where there are a gravity and rules of diameters.
+    /// Returns true if fixed discs are refused: where there are a gravity and rules of diameters or
+    /// wells.
     fn refuses_fixed_discs(&self) -> bool {
-        self.features.falls() && !self.scene.diameter.is_empty()
+        let resizes = !self.scene.diameter.is_empty() || !self.scene.well.is_empty();
+        self.features.falls() && resizes
     }
 
     /// Fixes a body, locks its rotation or sets it in motion.
@@ -693,7 +698,9 @@ fn scale(draw: &mut FuzzDraw, case: &mut SceneCase) {
     // Accelerations are refused beyond 10⁻⁶⁰ and 10⁶⁰.
     let scene = &case.scene;
     let moves = scene.wall.iter().any(|wall| wall.motion.is_some());
-    let accelerates = !scene.gravity.is_none() || moves || !scene.piston.is_empty();
+    // Energies of wells, too.
+    let accelerates =
+        !scene.gravity.is_none() || moves || !scene.piston.is_empty() || !scene.well.is_empty();
     let [length, speed, mass] = if draw.happens(0.5) {
         [0, 0, 0]
     } else if accelerates {
@@ -732,6 +739,9 @@ fn scale_scene(scene: &mut Scene, length: f64, speed: f64, mass: f64) {
     scene.bounds.sides = scene.bounds.sides.map(|side| side * length);
     scene.bounds.drag *= speed / length;
     scale_elasticity(&mut scene.elasticity, speed, mass);
+    for step in scene.well.iter_mut().flat_map(|well| &mut well.steps) {
+        step[1] *= mass * speed * speed;
+    }
     scene
         .molecule
         .iter_mut()

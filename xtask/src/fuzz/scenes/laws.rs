@@ -1,7 +1,7 @@
 //! The rules of a scene for pairs of bodies, evaluated independently of the engine: which
 //! coefficients a contact has, and at which distance two bodies touch.
 
-use carom::engine::{DiameterSpec, ElasticitySpec, Restitution, Scene, TransparentSpec};
+use carom::engine::{DiameterSpec, ElasticitySpec, Restitution, Scene, TransparentSpec, WellSpec};
 
 /// Relative rounding of a coefficient that depends on the speed: a power with an exponent up to 10
 /// of a ratio of speeds multiplies the rounding of the logarithm of the ratio.
@@ -16,6 +16,8 @@ pub struct SceneRules {
     pub transparent: Vec<TransparentSpec>,
     /// Pairs of tags of discs with a factor on their contact distance.
     pub diameter: Vec<DiameterSpec>,
+    /// Pairs of tags of discs with a well.
+    pub well: Vec<WellSpec>,
     /// Drag of all bodies (1 / time).
     pub drag: f64,
     /// Acceleration of free bodies by gravity (length per time²).
@@ -53,6 +55,7 @@ impl SceneRules {
             elasticity: scene.elasticity.clone(),
             transparent: scene.transparent.clone(),
             diameter: scene.diameter.clone(),
+            well: scene.well.clone(),
             drag: scene.bounds.drag,
             gravity: scene.gravity.acceleration,
             moves_walls: scene.wall.iter().any(|wall| wall.motion.is_some()),
@@ -71,6 +74,16 @@ impl SceneRules {
             .iter()
             .find(|rule| applies(&rule.between, a, b));
         rule.map_or(1.0, |rule| rule.factor)
+    }
+
+    /// The steps of the well of two bodies with these tags, each a range in distances at contact and
+    /// an energy (mass × length² / time²); none without a well.
+    pub fn steps(&self, a: &[String], b: &[String]) -> Option<&[[f64; 2]]> {
+        if self.factor(a, b) == 0.0 {
+            return None;
+        }
+        let rule = self.well.iter().find(|rule| applies(&rule.between, a, b))?;
+        Some(&rule.steps)
     }
 
     /// The coefficients from the most specific rule for two bodies with these tags.

@@ -24,6 +24,7 @@ pub mod table_path;
 mod tracked;
 pub mod vectors;
 pub mod watcher;
+mod wells;
 
 use anyhow::Result;
 use carom::engine::{

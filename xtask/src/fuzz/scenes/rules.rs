@@ -1,7 +1,7 @@
 //! Random rules of a scene: coefficients of contacts, roughness, and pairs of tags.
 
 use carom::engine::{
-    DiameterSpec, ElasticityRule, ElasticitySpec, Restitution, Scene, TransparentSpec,
+    DiameterSpec, ElasticityRule, ElasticitySpec, Restitution, Scene, TransparentSpec, WellSpec,
 };
 
 use super::{
@@ -212,6 +212,29 @@ pub fn add_pairs(draw: &mut FuzzDraw, scene: &mut Scene) {
             scene.diameter.push(DiameterSpec {
                 between: tags.iter().map(|&tag| tag.to_owned()).collect(),
                 factor: draw.scale(0.2, 2.0),
+            });
+        }
+    }
+}
+
+/// Adds random wells of discs to a scene.
+pub fn add_wells(draw: &mut FuzzDraw, scene: &mut Scene) {
+    for tags in [&["d", "e"][..], &["d"]] {
+        if draw.happens(0.6) {
+            let mut range = 1.0;
+            let steps = (0..draw.integer(1, 4)).map(|_| {
+                range += draw.scale(1e-3, 0.5);
+                let energy = if draw.happens(0.1) {
+                    0.0
+                } else {
+                    draw.normal()
+                };
+                [range, energy]
+            });
+            let steps = steps.collect();
+            scene.well.push(WellSpec {
+                between: tags.iter().map(|&tag| tag.to_owned()).collect(),
+                steps,
             });
         }
     }

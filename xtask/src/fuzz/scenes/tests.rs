@@ -316,6 +316,30 @@ fn contacts_of_pairs_that_do_not_see_each_other_are_found() {
 }
 
 #[test]
+fn wrong_steps_of_wells_are_found() {
+    let deeper: fn(&mut Scene) = |scene| {
+        for step in scene.well.iter_mut().flat_map(|well| &mut well.steps) {
+            step[1] *= 1.0 + 1e-9;
+        }
+    };
+    let wider: fn(&mut Scene) = |scene| {
+        for step in scene.well.iter_mut().flat_map(|well| &mut well.steps) {
+            step[0] *= 1.0 + 1e-9;
+        }
+    };
+    for altered in [deeper, wider] {
+        let kind = failure_in_class(
+            &Scenes {
+                parts: Altered(altered),
+            },
+            "pairs",
+        )
+        .expect("the fault is found");
+        assert!(["well", "ledger"].contains(&&kind[..]), "{kind}");
+    }
+}
+
+#[test]
 fn a_wrong_drag_is_found() {
     let slower = Altered(|scene: &mut Scene| scene.bounds.drag *= 1.0 + 1e-9);
     let kind = failure_in_class(&Scenes { parts: slower }, "drag").expect("the fault is found");

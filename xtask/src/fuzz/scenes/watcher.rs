@@ -13,6 +13,7 @@ use super::{
     oscillation::WallOscillation,
     table_path::TablePath,
     tracked::{GivenMotion, TrackedBody, TrackedPiston, outline_for},
+    wells::KnownShell,
 };
 use crate::fuzz::{random::FuzzDraw, subject::Report};
 
@@ -70,6 +71,11 @@ pub struct Watcher {
     /// Work of walls since the last edit, and the ledger's value then.
     pub(super) work: f64,
     pub(super) work_before: f64,
+    /// Energy gained in wells since the last edit, and the ledger's value then.
+    pub(super) gained: f64,
+    pub(super) gained_before: f64,
+    /// The shells of the pairs of discs within the ranges of their wells.
+    pub(super) shells: BTreeMap<[BodyKey; 2], KnownShell>,
     /// Work of gravity on all bodies from the last edit to the last contact of each, the ledger's
     /// value at that edit, and a bound on the error.
     pub(super) fallen: f64,
@@ -114,6 +120,9 @@ impl Watcher {
             lost_before: 0.0,
             work: 0.0,
             work_before: 0.0,
+            gained: 0.0,
+            gained_before: 0.0,
+            shells: BTreeMap::new(),
             fallen: 0.0,
             fallen_before: 0.0,
             fallen_error: 0.0,
@@ -186,6 +195,7 @@ impl Watcher {
         let ledger = view.ledger();
         (self.lost, self.work, self.fallen) = (0.0, 0.0, 0.0);
         (self.fallen_error, self.work_error) = (0.0, 0.0);
+        (self.gained, self.gained_before) = (0.0, ledger.wells);
         (self.lost_before, self.work_before) = (ledger.lost, ledger.work);
         self.fallen_before = ledger.fallen;
         self.energy_before = view.energy();
@@ -231,6 +241,7 @@ impl Watcher {
             self.bodies.insert(key, tracked);
         }
         self.apart = self.fixed_pairs_apart(view.time());
+        self.sort_into_shells(view.time());
         let free = self.bodies.values().all(|body| !body.fixed);
         let time = view.time();
         self.momentum = free.then(|| (self.total_momentum(time), time));
@@ -400,6 +411,16 @@ impl Observer for Watcher {
                 format!("bodies that do not see each other touch: {contact:?}"),
             );
             return;
+        }
+        if contact.is_step {
+            let measured = self.check_step(contact);
+            let gained = (self.gained_before + self.gained).abs();
+            self.largest_entry = self.largest_entry.max(gained);
+            self.track(contact);
+            return self.add_to_log(contact, [at_a.place, at_b.place], &measured);
+        }
+        if self.have_well(contact) {
+            self.check_touching_in_well(contact);
         }
         let outlines = [&a, &b].map(|body| outline_for(body, factor));
         let law = self.rules.law(&a.tags, &b.tags);

@@ -1,0 +1,232 @@
+//! The steps of discs in their wells, against an independent record of the shell of each pair.
+
+use carom::engine::{BodyKey, CollisionReport};
+use carom_kinematics::EpochTime;
+
+use super::{
+    contact::MeasuredContact,
+    kinematics::{BodyPair, along, cross, dot, length},
+    watcher::Watcher,
+};
+use crate::fuzz::subject::exceeds;
+
+/// Unit roundoff: half the distance from 1 to the next float.
+const U: f64 = 0.5 * f64::EPSILON;
+
+/// The shell of a pair, as far as it is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum KnownShell {
+    /// Within this step, and not within that before.
+    Within(usize),
+    /// The distance is that of a border, to rounding.
+    AtBorder,
+}
+
+impl Watcher {
+    /// Takes over the shells of all pairs from their places at a time.
+    pub(super) fn sort_into_shells(&mut self, time: EpochTime) {
+        self.shells.clear();
+        if self.rules.well.is_empty() {
+            return;
+        }
+        let placed: Vec<(BodyKey, BodyPair)> = (self.bodies.iter())
+            .map(|(key, body)| (*key, body.state.at(time, self.sides).place))
+            .collect();
+        for (n, (a, at_a)) in placed.iter().enumerate() {
+            for (b, at_b) in &placed[n + 1..] {
+                let Some(borders) = self.borders([*a, *b]) else {
+                    continue;
+                };
+                let apart = [0, 1].map(|axis| {
+                    let way = at_b[axis] - at_a[axis];
+                    way - self.sides[axis] * (way / self.sides[axis]).round()
+                });
+                let (distance, bound) = (length(apart), self.bound_of_step([*a, *b], time));
+                let is_border = |border: &f64| (distance - border).abs() <= bound;
+                let shell = if borders.iter().any(is_border) {
+                    Some(KnownShell::AtBorder)
+                } else {
+                    let within = borders.iter().position(|border| distance < *border);
+                    within.map(KnownShell::Within)
+                };
+                if let Some(shell) = shell {
+                    self.shells.insert([*a, *b], shell);
+                }
+            }
+        }
+    }
+
+    /// The ranges of the well of two bodies, if they have one (length).
+    fn borders(&self, pair: [BodyKey; 2]) -> Option<Vec<f64>> {
+        let [a, b] = [self.bodies.get(&pair[0])?, self.bodies.get(&pair[1])?];
+        if a.fixed && b.fixed {
+            return None;
+        }
+        let steps = self.rules.steps(&a.tags, &b.tags)?;
+        let contact = self.rules.factor(&a.tags, &b.tags) * (a.outline.reach + b.outline.reach);
+        Some(steps.iter().map(|[range, _]| range * contact).collect())
+    }
+
+    /// Bound on the error of the distance of a pair (length).
+    fn bound_of_step(&self, pair: [BodyKey; 2], time: EpochTime) -> f64 {
+        let bodies = pair.map(|key| self.bodies.get(&key));
+        let [Some(a), Some(b)] = bodies else {
+            return 0.0;
+        };
+        self.gap_bound(&a.outline, &b.outline) + self.error(a, time) + self.error(b, time)
+    }
+
+    /// Returns true if two bodies have a well.
+    pub(super) fn have_well(&self, contact: &CollisionReport<'_>) -> bool {
+        self.borders(contact.sides.each_ref().map(|side| side.body.key()))
+            .is_some()
+    }
+
+    /// Checks that two discs that touch are in the innermost shell of their well.
+    pub(super) fn check_touching_in_well(&mut self, contact: &CollisionReport<'_>) {
+        let pair = contact.sides.each_ref().map(|side| side.body.key());
+        match self.shells.get(&pair) {
+            Some(KnownShell::AtBorder | KnownShell::Within(0)) => {
+                self.shells.insert(pair, KnownShell::Within(0));
+            }
+            other => self.report.fail(
+                "well",
+                format!("discs touch that are in the shell {other:?} of their well"),
+            ),
+        }
+    }
+
+    /// Checks the arrival of two discs at a step of their well.
+    pub(super) fn check_step(&mut self, contact: &CollisionReport<'_>) -> MeasuredContact {
+        let sides = &contact.sides;
+        let pair = sides.each_ref().map(|side| side.body.key());
+        let [a, b] = [&sides[0], &sides[1]];
+        let tags = pair.map(|key| self.bodies.get(&key).map(|body| body.tags.clone()));
+        let [Some(tags_a), Some(tags_b)] = tags else {
+            return MeasuredContact::default();
+        };
+        let (Some(borders), Some(steps)) = (self.borders(pair), self.rules.steps(&tags_a, &tags_b))
+        else {
+            self.report.fail(
+                "well",
+                format!("discs without a well reach a step: {contact:?}"),
+            );
+            return MeasuredContact::default();
+        };
+        let energies: Vec<f64> = steps.iter().map(|[_, energy]| *energy).collect();
+        let place = |axis: usize| {
+            let way = b.before.position[axis] - a.before.position[axis];
+            way + contact.image[axis] as f64 * self.sides[axis]
+        };
+        let between = [place(0), place(1)];
+        let distance = length(between);
+        let direction = between.map(|x| x / distance);
+        let nearest = |one: &usize, other: &usize| {
+            let off = |border: usize| (distance - borders[border]).abs();
+            off(*one).total_cmp(&off(*other))
+        };
+        let border = (0..borders.len()).min_by(nearest).unwrap_or(0);
+        let bound = self.bound_of_step(pair, contact.time) + 8.0 * U * distance;
+        let off = (distance - borders[border]).abs();
+        self.report.keep_worst("step/bound", off / bound);
+        if exceeds(off, bound) {
+            self.report.fail(
+                "well",
+                format!("a step at {distance:e}, {off:e} from the range: allowed {bound:e}"),
+            );
+        }
+        let velocity = |after: bool| {
+            let of = |side: &carom::engine::Side<'_>| {
+                let motion = if after { side.after } else { side.before };
+                motion.velocity.to_array()
+            };
+            along(of(b), -1.0, of(a))
+        };
+        let [before, after] = [velocity(false), velocity(true)];
+        let [radial, radial_after] = [dot(before, direction), dot(after, direction)];
+        let inwards = dot(contact.normal.to_array(), direction) > 0.0;
+        let speed = sides.each_ref().map(|side| side.before.velocity.length());
+        let rate_error = (64.0 * U + 4.0 * bound / distance) * (speed[0] + speed[1]);
+        let outwards_speed = if inwards { -radial } else { radial };
+        if exceeds(-outwards_speed, rate_error) {
+            self.report.fail(
+                "well",
+                format!("a pair leaves the step that it reaches: {contact:?}"),
+            );
+        }
+        // The shell on the side from which the pair comes, and that beyond.
+        let beyond = |border: usize| (border + 1 < borders.len()).then_some(border + 1);
+        let (from, to) = if inwards {
+            (beyond(border), Some(border))
+        } else {
+            (Some(border), beyond(border))
+        };
+        let known = self.shells.get(&pair).copied();
+        let fits = match known {
+            Some(KnownShell::AtBorder) => true,
+            Some(KnownShell::Within(shell)) => from == Some(shell),
+            None => from.is_none(),
+        };
+        if !fits {
+            self.report.fail(
+                "well",
+                format!("a pair in the shell {known:?} reaches a step from {from:?}"),
+            );
+        }
+        let energy = |shell: Option<usize>| shell.map_or(0.0, |shell| energies[shell]);
+        let gain = energy(from) - energy(to);
+        let inverse: f64 = (sides.iter())
+            .map(|side| side.body.inertia().inverse_mass)
+            .sum();
+        let along_line = |rate: f64| 0.5 * rate * rate / inverse;
+        let (old, new) = (along_line(radial), along_line(radial_after));
+        let allowed = (256.0 * U + 8.0 * bound / distance) * (old.max(new) + gain.abs())
+            + rate_error * (radial.abs() + radial_after.abs() + rate_error) / inverse;
+        let bounced = (radial_after > 0.0) == inwards;
+        let changed = if bounced { 0.0 } else { gain };
+        let wrong =
+            bounced && exceeds(old + gain, allowed) || !bounced && exceeds(-(old + gain), allowed);
+        if wrong || exceeds((new - old - changed).abs(), allowed) {
+            self.report.fail(
+                "well",
+                format!(
+                    "the energy along the line of centres changes from {old:e} to {new:e} at a step that gives \
+                     {gain:e}, bounced: {bounced}, allowed {allowed:e}"
+                ),
+            );
+        }
+        let across = (cross(direction, after) - cross(direction, before)).abs();
+        if exceeds(
+            across,
+            rate_error + (64.0 * U + 4.0 * bound / distance) * radial_after.abs(),
+        ) {
+            self.report.fail(
+                "well",
+                format!("a step changes the velocity across by {across:e}"),
+            );
+        }
+        for side in sides {
+            if side.before.angular_velocity != side.after.angular_velocity {
+                self.report.fail("well", "a step turns a disc".to_owned());
+            }
+        }
+        if !bounced {
+            self.gained += gain;
+            match to {
+                Some(shell) => self.shells.insert(pair, KnownShell::Within(shell)),
+                None => self.shells.remove(&pair),
+            };
+        } else if let Some(shell) = from {
+            self.shells.insert(pair, KnownShell::Within(shell));
+        } else {
+            self.shells.remove(&pair);
+        }
+        self.report.count("steps of wells", 1);
+        MeasuredContact {
+            approach: outwards_speed,
+            speed: speed[0] + speed[1],
+            distance,
+            ..MeasuredContact::default()
+        }
+    }
+}
