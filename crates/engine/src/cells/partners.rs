@@ -28,13 +28,14 @@ impl<F: CellFrame> CellState<F> {
             return;
         }
         let mut best = self.stored_event(body);
+        let own = self.motion(body);
         for &BondEnd { bond, partner } in ends {
             if Some(partner) != except {
                 let bodies = world.bonds()[bond as usize].bodies;
                 let event = |motions: [&Motion; 2], horizon: f64| {
                     world.first_bond_event(bond, motions, now, horizon)
                 };
-                self.offer_partner(body, (partner, bodies), event, now, &mut best);
+                self.offer_partner((body, &own), (partner, bodies), event, now, &mut best);
             }
         }
         for &InWell { partner, shell } in wells {
@@ -43,7 +44,7 @@ impl<F: CellFrame> CellState<F> {
                 let event = |motions: [&Motion; 2], horizon: f64| {
                     world.first_step_from(shell, bodies, motions, now, horizon)
                 };
-                self.offer_partner(body, (partner, bodies), event, now, &mut best);
+                self.offer_partner((body, &own), (partner, bodies), event, now, &mut best);
             }
         }
         if matches!(best.kind, RecordKind::MultiCell | RecordKind::Recheck) {
@@ -51,26 +52,26 @@ impl<F: CellFrame> CellState<F> {
         }
     }
 
-    /// Replaces the best event of a body by that of it and a partner, if it is earlier. `bodies` are
-    /// both in the order of `event`, which searches up to a horizon (time from now) and returns the
-    /// image of the second.
+    /// Replaces the best event of a body, with its motion, by that of it and a partner, if it is
+    /// earlier. `bodies` are both in the order of `event`, which searches up to a horizon (time from
+    /// now) and returns the image of the second.
     #[inline(always)]
     fn offer_partner(
         &mut self,
-        body: u32,
+        (body, own): (u32, &Motion),
         (partner, bodies): (u32, [u32; 2]),
         event: impl FnOnce([&Motion; 2], f64) -> (Outcome<TouchingParts>, [i64; 2]),
         now: f64,
         best: &mut EarliestEvent,
     ) {
         self.count_pairs(body, 1);
-        let motions = bodies.map(|body| self.motion(body));
+        let other = self.motion(partner);
         let horizon = best.time.min(self.limit) - now;
-        let (outcome, image) = event([&motions[0], &motions[1]], horizon);
-        let seen = if bodies[0] == body {
-            image
+        let (outcome, seen) = if bodies[0] == body {
+            event([own, &other], horizon)
         } else {
-            image.map(|boxes| -boxes)
+            let (outcome, image) = event([&other, own], horizon);
+            (outcome, image.map(|boxes| -boxes))
         };
         let seen = seen.map(|boxes| boxes as i32);
         self.offer(body, (partner, seen), outcome, now, best);

@@ -9,6 +9,7 @@ use crate::world::{
     World,
     body::BodyKey,
     contact_event::TouchingParts,
+    rounding_bound::rounding_bound,
     view::{View, body_at},
 };
 
@@ -216,9 +217,36 @@ impl World {
     /// The image of the second body, in boxes, whose centre is nearest to that of the first: the
     /// one that a tether between them holds. Both motions are at one time.
     pub fn nearest_image(&self, [a, b]: [&Motion; 2]) -> [i64; 2] {
-        let sides = self.bounds.sides();
-        let apart = ((a.position - b.position) / sides).round();
-        [apart.x as i64, apart.y as i64]
+        let nearest = |apart: f64| {
+            // Both are in the box or near it: `round` is a call where it is no instruction.
+            if apart.abs() < 1.5 {
+                i64::from(apart >= 0.5) - i64::from(apart <= -0.5)
+            } else {
+                apart.round() as i64
+            }
+        };
+        let apart = (a.position - b.position) / self.bounds.sides();
+        [nearest(apart.x), nearest(apart.y)]
+    }
+
+    /// Whether the centres of two bodies, with motions at one time and an image of the second,
+    /// certainly stay between two distances (length) up to a horizon (time): they are farther from
+    /// both than they move. A shortest distance of 0 is no bound.
+    pub(crate) fn stay_between(
+        &self,
+        [shortest, longest]: [f64; 2],
+        [a, b]: [&Motion; 2],
+        image: [i64; 2],
+        horizon: f64,
+    ) -> bool {
+        let between = (b.position - a.position) + self.bounds.shift(image);
+        let squared = between.length_squared();
+        let way = (b.velocity - a.velocity).length() * horizon;
+        // More than the rounding of all of them.
+        let margin = 1e-9 * longest + rounding_bound(self.bounds.sides(), longest);
+        let (outer, inner) = (longest - (way + margin), shortest + (way + margin));
+        let is_far = shortest == 0.0 || squared > inner * inner;
+        outer > 0.0 && squared < outer * outer && is_far
     }
 
     /// The shift of the second body to its nearest image (length).
@@ -237,7 +265,12 @@ impl World {
     ) -> (Outcome<TouchingParts>, [i64; 2]) {
         let Bond { bodies, tether, .. } = &self.tethers.bonds[bond as usize];
         let here = motions.map(|motion| motion.at(now));
-        let image = self.nearest_image([&here[0], &here[1]]);
+        let here = [&here[0], &here[1]];
+        let image = self.nearest_image(here);
+        let ties_centres = tether.points() == [DVec2::ZERO; 2];
+        if ties_centres && self.stay_between(tether.bounds(), here, image, horizon) {
+            return (Outcome::Free, image);
+        }
         let relative = self.relative_motion(*bodies, motions, image, now);
         let outcome = tether.first_event(&relative, horizon);
         (outcome.map(|bound| TouchingParts::Bond(bond, bound)), image)

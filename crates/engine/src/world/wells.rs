@@ -195,7 +195,11 @@ impl World {
         horizon: f64,
     ) -> (Outcome<TouchingParts>, [i64; 2]) {
         let here = motions.map(|motion| motion.at(now));
-        let image = self.nearest_image([&here[0], &here[1]]);
+        let here = [&here[0], &here[1]];
+        let image = self.nearest_image(here);
+        if self.stay_between(shell.borders, here, image, horizon) {
+            return (Outcome::Free, image);
+        }
         let Some(tether) = shell.tether() else {
             return (Outcome::Free, image);
         };

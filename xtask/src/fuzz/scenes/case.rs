@@ -288,6 +288,12 @@ impl Variants<'_> {
         self.with(|case| case.scene.transparent.clear());
         self.with(|case| case.scene.diameter.clear());
         self.with(|case| case.scene.well.clear());
+        self.with(|case| case.scene.bond.clear());
+        for index in 0..self.original.scene.bond.len() {
+            self.with(|case| {
+                case.scene.bond.remove(index);
+            });
+        }
         for index in 0..self.original.scene.well.len() {
             self.with(|case| {
                 case.scene.well.remove(index);

@@ -8,6 +8,7 @@ use carom_geometry::{Molecule, Shape, gap_between};
 use glam::DVec2;
 
 use super::{
+    bonds,
     case::{CaseEdit, RunStretch, SceneCase, drop_unknown_pairs},
     kinematics::{BodyOutline, BodyPair, Placed, along, for_each_image, length},
     laws::SceneRules,
@@ -71,6 +72,8 @@ pub fn draw(seed: u64) -> SceneCase {
         "rough",
         "pairs",
         "pairs",
+        "bonds",
+        "bonds",
         "drag",
         "drag",
         "ellipses",
@@ -82,6 +85,9 @@ pub fn draw(seed: u64) -> SceneCase {
     let mut sketch = Sketch::new(draw, class);
     let size = sketch.bodies(draw, class);
     sketch.gases(draw, class, size);
+    if class == "bonds" || (class == "pairs" && draw.happens(0.2)) {
+        bonds::tie(draw, &mut sketch.scene, sketch.features.falls());
+    }
     let stretch = stretches(draw, class, &sketch);
     let duration: f64 = stretch.iter().map(|stretch| stretch.duration).sum();
     if sketch.features.drag {
@@ -468,7 +474,7 @@ impl Sketch {
 
     /// A gas of discs or of molecules with sides, in some scenes of some classes.
     fn gases(&mut self, draw: &mut FuzzDraw, class: &str, size: f64) {
-        let may_have_gas = ["discs", "rough", "pairs", "drag"].contains(&class);
+        let may_have_gas = ["discs", "rough", "pairs", "drag", "bonds"].contains(&class);
         if may_have_gas && draw.happens(0.5) {
             let of_discs = |draw: &mut FuzzDraw, radius: f64| GasSpec {
                 radius: Some(radius.into()),
@@ -739,6 +745,7 @@ fn scale_scene(scene: &mut Scene, length: f64, speed: f64, mass: f64) {
     scene.bounds.sides = scene.bounds.sides.map(|side| side * length);
     scene.bounds.drag *= speed / length;
     scale_elasticity(&mut scene.elasticity, speed, mass);
+    bonds::scale(&mut scene.bond, length);
     for step in scene.well.iter_mut().flat_map(|well| &mut well.steps) {
         step[1] *= mass * speed * speed;
     }

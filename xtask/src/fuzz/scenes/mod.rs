@@ -1,6 +1,7 @@
 //! Random scenes with edits, run by both schedulers and checked against independent kinematics.
 
 mod balance;
+mod bonds;
 mod bounds;
 pub mod case;
 pub mod contact;

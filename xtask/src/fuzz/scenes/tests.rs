@@ -340,6 +340,17 @@ fn wrong_steps_of_wells_are_found() {
 }
 
 #[test]
+fn wrong_bounds_of_bonds_are_found() {
+    let longer = Altered(|scene: &mut Scene| {
+        for bond in &mut scene.bond {
+            bond.tether.max *= 1.0 + 1e-9;
+        }
+    });
+    let kind = failure_in_class(&Scenes { parts: longer }, "bonds").expect("the fault is found");
+    assert_eq!(kind, "bond");
+}
+
+#[test]
 fn a_wrong_drag_is_found() {
     let slower = Altered(|scene: &mut Scene| scene.bounds.drag *= 1.0 + 1e-9);
     let kind = failure_in_class(&Scenes { parts: slower }, "drag").expect("the fault is found");

@@ -6,6 +6,7 @@ use carom::engine::{BodyKey, CollisionReport, Observer, View};
 use carom_kinematics::{EpochTime, Motion};
 
 use super::{
+    bonds::TrackedBond,
     case::{CaseEdit, SceneCase, piston},
     contact::{self, ContactRules, MeasuredContact},
     kinematics::{BodyOutline, BodyPair, BodyState, Placed, dot, length},
@@ -74,6 +75,8 @@ pub struct Watcher {
     /// Energy gained in wells since the last edit, and the ledger's value then.
     pub(super) gained: f64,
     pub(super) gained_before: f64,
+    /// The bonds of the scene; some bodies may have been removed.
+    pub(super) bonds: Vec<TrackedBond>,
     /// The shells of the pairs of discs within the ranges of their wells.
     pub(super) shells: BTreeMap<[BodyKey; 2], KnownShell>,
     /// Work of gravity on all bodies from the last edit to the last contact of each, the ledger's
@@ -122,6 +125,7 @@ impl Watcher {
             work_before: 0.0,
             gained: 0.0,
             gained_before: 0.0,
+            bonds: Vec::new(),
             shells: BTreeMap::new(),
             fallen: 0.0,
             fallen_before: 0.0,
@@ -158,6 +162,7 @@ impl Watcher {
             };
             Some((body.body.key(), motion))
         });
+        watcher.take_bonds(view, &case.scene);
         watcher.start_watching(view, &given.collect());
         watcher
     }
@@ -404,6 +409,14 @@ impl Observer for Watcher {
             self.compare_before(&a, &contact.sides[0], time),
             self.compare_before(&b, &contact.sides[1], time),
         ];
+        if contact.bond.is_some() {
+            let measured = self.check_bond(contact, [at_a, at_b], error_a + error_b);
+            self.lost += measured.lost;
+            let lost = (self.lost_before + self.lost).abs();
+            self.largest_entry = self.largest_entry.max(lost);
+            self.track(contact);
+            return self.add_to_log(contact, [at_a.place, at_b.place], &measured);
+        }
         let factor = self.rules.factor(&a.tags, &b.tags);
         if factor == 0.0 {
             self.report.fail(

@@ -1,0 +1,278 @@
+//! Random bonds between the molecules of a scene, and the check of an event of one.
+
+use carom::engine::{BodyKey, BondSpec, CollisionReport, MoleculeSpec, Scene, TetherSpec, View};
+
+use super::{
+    contact::MeasuredContact,
+    kinematics::{Placed, along, cross, dot, length},
+    vectors::{BodyPair, rotated},
+    watcher::Watcher,
+};
+use crate::fuzz::{random::FuzzDraw, subject::exceeds};
+
+/// Unit roundoff: half the distance from 1 to the next float.
+const U: f64 = 0.5 * f64::EPSILON;
+
+/// Largest reach of a bond as a share of the shorter side.
+const MAX_REACH: f64 = 0.49;
+
+/// A bond of the scene.
+#[derive(Debug, Clone)]
+pub struct TrackedBond {
+    bodies: [BodyKey; 2],
+    points: [BodyPair; 2],
+    bounds: [f64; 2],
+    elasticity: f64,
+}
+
+/// Ties some pairs of the molecules of a scene, whose sides are these.
+pub fn tie(draw: &mut FuzzDraw, scene: &mut Scene, falls: bool) {
+    let sides = scene.bounds.sides;
+    let count = scene.molecule.len();
+    if count < 2 {
+        return;
+    }
+    for _ in 0..draw.integer(1, 6) {
+        let (a, b) = (draw.index(count), draw.index(count));
+        let pair = [&scene.molecule[a.min(b)], &scene.molecule[a.max(b)]];
+        let is_tied = |bond: &BondSpec| bond.pairs[0] == [a.min(b) as u64, a.max(b) as u64];
+        let fixed = pair.map(|spec| spec.fixed);
+        let is_refused = a == b
+            || (fixed[0] && fixed[1])
+            || (falls && (fixed[0] || fixed[1]))
+            || scene.bond.iter().any(is_tied);
+        if is_refused {
+            continue;
+        }
+        if let Some(tether) = tether(draw, pair, sides, scene.elasticity.contact_time > 0.0) {
+            let pairs = vec![[a.min(b) as u64, a.max(b) as u64]];
+            scene.bond.push(BondSpec { pairs, tether });
+        }
+    }
+}
+
+/// A tether that holds two molecules where they are.
+fn tether(
+    draw: &mut FuzzDraw,
+    pair: [&MoleculeSpec; 2],
+    sides: BodyPair,
+    is_guarded: bool,
+) -> Option<TetherSpec> {
+    let molecules = [pair[0].molecule("a").ok()?, pair[1].molecule("b").ok()?];
+    let at_centres = draw.happens(0.4);
+    let points = [0, 1].map(|n| {
+        // The contacts of discs may be smooth, so that they do not turn.
+        if at_centres || molecules[n].is_round() {
+            return [0.0; 2];
+        }
+        let reach = molecules[n].bounding_radius();
+        [(); 2].map(|()| draw.between(-1.0, 1.0) * reach)
+    });
+    let arms = [0, 1].map(|n| {
+        let angle = pair[n].orientation_turns.unwrap_or(0.0) * std::f64::consts::TAU;
+        let (sin, cos) = libm::sincos(angle);
+        rotated(points[n], [cos, sin])
+    });
+    let centres = [0, 1].map(|axis| {
+        let way = pair[1].at[axis] - pair[0].at[axis];
+        way - sides[axis] * (way / sides[axis]).round()
+    });
+    let now = length(along(along(centres, 1.0, arms[1]), -1.0, arms[0]));
+    let max = now * (1.0 + draw.scale(1e-3, 1.0)) + 1e-6;
+    let reach = max + length(points[0]) + length(points[1]);
+    if reach > MAX_REACH * sides[0].min(sides[1]) || length(centres) > reach {
+        return None;
+    }
+    let min = if draw.happens(0.3) {
+        now * draw.between(0.1, 0.99)
+    } else {
+        0.0
+    };
+    let elasticity = if is_guarded && draw.happens(0.3) {
+        draw.between(0.0, 1.0)
+    } else {
+        1.0
+    };
+    Some(TetherSpec {
+        max,
+        min,
+        points,
+        elasticity,
+    })
+}
+
+/// Multiplies all lengths of bonds.
+pub fn scale(bonds: &mut [BondSpec], factor: f64) {
+    for bond in bonds {
+        let tether = &mut bond.tether;
+        tether.max *= factor;
+        tether.min *= factor;
+        tether.points = tether.points.map(|point| point.map(|x| x * factor));
+    }
+}
+
+impl Watcher {
+    /// Takes over the bonds of a scene at its start.
+    pub(super) fn take_bonds(&mut self, view: &View<'_>, scene: &Scene) {
+        let keys: Vec<BodyKey> = view.bodies().map(|body| body.body.key()).collect();
+        self.bonds = (scene.bond.iter())
+            .flat_map(|spec| spec.pairs.iter().map(move |pair| (pair, &spec.tether)))
+            .filter_map(|(pair, tether)| {
+                let [a, b] = pair.map(|number| keys.get(number as usize).copied());
+                Some(TrackedBond {
+                    bodies: [a?, b?],
+                    points: tether.points,
+                    bounds: [tether.min, tether.max],
+                    elasticity: tether.elasticity,
+                })
+            })
+            .collect();
+    }
+
+    /// Checks that a bond has reached one of its bounds, and its impulse.
+    pub(super) fn check_bond(
+        &mut self,
+        contact: &CollisionReport<'_>,
+        placed: [Placed; 2],
+        error: f64,
+    ) -> MeasuredContact {
+        let sides = &contact.sides;
+        let pair = sides.each_ref().map(|side| side.body.key());
+        let Some(bond) = self.bonds.iter().find(|bond| bond.bodies == pair).cloned() else {
+            self.report.fail(
+                "bond",
+                format!("bodies that are not tied pull: {contact:?}"),
+            );
+            return MeasuredContact::default();
+        };
+        let arms = [0, 1].map(|n| rotated(bond.points[n], placed[n].rotation));
+        let centres = [0, 1].map(|axis| {
+            let way = sides[1].before.position[axis] - sides[0].before.position[axis];
+            way + contact.image[axis] as f64 * self.sides[axis]
+        });
+        let between = along(along(centres, 1.0, arms[1]), -1.0, arms[0]);
+        let distance = length(between);
+        let direction = between.map(|x| x / distance);
+        let is_taut = dot(contact.normal.to_array(), direction) < 0.0;
+        let end = bond.bounds[usize::from(is_taut)];
+        let arm_lengths = length(arms[0]) + length(arms[1]);
+        let bound = 64.0 * f64::EPSILON * (self.longer_side() + arm_lengths + distance) + error;
+        let off = (distance - end).abs();
+        self.report.keep_worst("bond/bound", off / bound);
+        if exceeds(off, bound) {
+            self.report.fail(
+                "bond",
+                format!(
+                    "an event at the length {distance:e}, {off:e} from the bound: allowed {bound:e}"
+                ),
+            );
+        }
+        let rate = |after: bool| {
+            let of = |n: usize| {
+                let motion = if after {
+                    &sides[n].after
+                } else {
+                    &sides[n].before
+                };
+                let spin = motion.angular_velocity;
+                along(motion.velocity.to_array(), spin, [-arms[n][1], arms[n][0]])
+            };
+            dot(along(of(1), -1.0, of(0)), direction)
+        };
+        let (before, after) = (rate(false), rate(true));
+        let speed: f64 = (0..2)
+            .map(|n| {
+                let motion = &sides[n].before;
+                motion.velocity.length() + motion.angular_velocity.abs() * length(arms[n])
+            })
+            .sum();
+        let rate_error = (256.0 * U + 8.0 * bound / distance) * speed;
+        let outwards = if is_taut { before } else { -before };
+        // Beyond the speed that the search resolves, at which points that rest are pushed apart.
+        let slow = 1e3 * rate_error;
+        if exceeds(-outwards, slow) {
+            self.report.fail(
+                "bond",
+                format!("points leave the bound that they reach: {contact:?}"),
+            );
+        }
+        let share = contact.elasticity.coefficient();
+        if share < bond.elasticity || (share > bond.elasticity && bond.elasticity == 1.0) {
+            self.report.fail(
+                "bond",
+                format!("the elasticity {share} instead of {}", bond.elasticity),
+            );
+        }
+        let missing = (after + share * before).abs();
+        if exceeds(missing, slow) {
+            self.report.fail(
+                "bond",
+                format!("the points meet at {before:e} and part at {after:e} with the elasticity {share}"),
+            );
+        }
+        let impulse = contact.impulse.to_array();
+        if exceeds(
+            cross(direction, impulse).abs(),
+            (256.0 * U + 8.0 * bound / distance) * length(impulse),
+        ) {
+            self.report.fail(
+                "bond",
+                format!("the impulse {impulse:?} is not along the bond"),
+            );
+        }
+        let mut lost = 0.0;
+        for (n, side) in sides.iter().enumerate() {
+            let on_it = if n == 0 { impulse.map(|x| -x) } else { impulse };
+            let inertia = side.body.inertia();
+            let change = along(
+                side.after.velocity.to_array(),
+                -1.0,
+                side.before.velocity.to_array(),
+            );
+            let off = length(along(change, -inertia.inverse_mass, on_it));
+            let scale = length(on_it) * inertia.inverse_mass + side.before.velocity.length();
+            let torque = cross(arms[n], on_it) * inertia.inverse_moment;
+            let spun = side.after.angular_velocity - side.before.angular_velocity;
+            let arm = length(arms[n]) + bound;
+            let turned = (spun - torque).abs() * arm;
+            let of_torque = length(on_it) * arm * arm * inertia.inverse_moment
+                + side.before.angular_velocity.abs() * arm;
+            if exceeds(off, 64.0 * U * scale)
+                || exceeds(
+                    turned,
+                    (256.0 * U + 8.0 * bound / arm.max(distance)) * of_torque,
+                )
+            {
+                self.report.fail(
+                    "bond",
+                    format!(
+                        "the impulse {on_it:?} does not change the motion of its body: {contact:?}"
+                    ),
+                );
+            }
+            lost -= side.energy_change();
+        }
+        let energy = 0.5 * speed * speed
+            / (sides.iter())
+                .map(|side| side.body.inertia().inverse_mass)
+                .fold(f64::MIN_POSITIVE, f64::max);
+        let is_elastic = share == 1.0;
+        if is_elastic
+            && exceeds(
+                lost.abs(),
+                1e3 * (256.0 * U + 8.0 * bound / distance) * energy,
+            )
+        {
+            self.report
+                .fail("bond", format!("an elastic bond loses the energy {lost:e}"));
+        }
+        self.report.count("events of bonds", 1);
+        MeasuredContact {
+            approach: outwards,
+            speed,
+            distance: length(centres),
+            lost: if is_elastic { 0.0 } else { lost },
+            ..MeasuredContact::default()
+        }
+    }
+}
