@@ -636,3 +636,29 @@ def test_bonds_are_made_cut_and_kept():
     chains = {"radius": 0.01, "mass": 1, "energy": 1, "count": 12, "chain": {"members": 4, "tether": {"max": 0.04}}}
     sim = carom.Simulation({"gas": [chains]})
     assert sim.bonds[0].shape == (9, 2)
+
+
+def test_wells_hold_energy_and_can_be_replaced():
+    gas = {"tags": ["a"], "radius": 0.03, "mass": 1, "temperature": 1, "count": 60}
+    scene = {"gas": [gas], "well": [{"between": ["a"], "steps": [[1.5, -1.0], [2.0, 0.25]]}]}
+    sim = carom.Simulation(scene)
+    total = sim.energy + sim.energy_of_wells
+    kinds = set()
+    for _ in range(200):
+        kinds.add(sim.step().kind)
+    assert kinds == {0, 2}
+    assert abs(sim.energy + sim.energy_of_wells - total) < 1e-11
+    booked = sim.booked_energy
+    assert abs(booked["initial"] + booked["wells"] - sim.energy) < 1e-11
+    pairs, steps, energies = sim.pairs_in_wells
+    assert pairs.shape == (len(steps), 2) and set(steps.tolist()) <= {0, 1}
+    assert np.allclose(energies, np.array([-1.0, 0.25])[steps])
+    positions = sim.positions
+    apart = positions[pairs[:, 0]] - positions[pairs[:, 1]]
+    distances = np.linalg.norm(apart - np.round(apart), axis=1) / 0.06
+    assert (distances[steps == 0] < 1.5 + 1e-9).all() and (distances[steps == 1] < 2.0 + 1e-9).all()
+    kinetic = sim.energy
+    sim.set_wells([])
+    assert sim.energy == kinetic and sim.energy_of_wells == 0.0
+    with pytest.raises(carom.EditError):
+        sim.set_wells([{"between": ["a"], "steps": [[0.5, 1.0]]}])

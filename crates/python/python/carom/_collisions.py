@@ -105,16 +105,16 @@ class Collision:
         return first, second
 
     @property
-    def kind(self) -> str:
-        """``contact``, or ``bond`` where a bond reaches a bound, or ``step`` where two discs reach a
-        step of their well.
+    def kind(self) -> int:
+        """0 for a contact, 1 where a bond reaches a bound, 2 where two discs reach a step of their
+        well.
 
         Examples
         --------
         >>> hit.kind
-        'contact'
+        0
         """
-        return ("contact", "bond", "step")[int(self._row["kind"])]
+        return int(self._row["kind"])
 
     @property
     def impulse(self) -> NDArray[np.float64]:
