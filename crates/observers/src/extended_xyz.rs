@@ -117,19 +117,27 @@ fn bonds(view: &View<'_>) -> String {
     if view.bonds().len() == 0 {
         return String::new();
     }
+    let pairs = bonded_atoms(view);
+    let lines: Vec<String> = pairs.iter().map(|[a, b]| format!("{a} {b}")).collect();
+    format!(" Bonds=\"{}\"", lines.join(" "))
+}
+
+/// The two atoms of each bond, which are the nearest to its points, by their numbers among the atoms
+/// of all bodies that are no walls.
+pub fn bonded_atoms(view: &View<'_>) -> Vec<[usize; 2]> {
     let bodies: Vec<BodyView<'_>> = view.bodies().collect();
-    let mut lines = 0;
+    let mut atoms = 0;
     let first: Vec<usize> = bodies
         .iter()
         .map(|body| {
-            let first = lines;
+            let first = atoms;
             if !body.body.is_wall() {
-                lines += body.body.molecule().atoms().len();
+                atoms += body.body.molecule().atoms().len();
             }
             first
         })
         .collect();
-    let line = |body: u32, point: DVec2| {
+    let nearest = |body: u32, point: DVec2| {
         let atoms = bodies[body as usize].body.molecule().atoms().iter();
         let apart = |atom: &Atom| (atom.offset() - point).length_squared();
         let nearest = atoms
@@ -139,9 +147,9 @@ fn bonds(view: &View<'_>) -> String {
     };
     let bonds = view.bonds().map(|bond| {
         let ([a, b], [from, to]) = (bond.bond.bodies, bond.bond.tether.points());
-        format!("{} {}", line(a, from), line(b, to))
+        [nearest(a, from), nearest(b, to)]
     });
-    format!(" Bonds=\"{}\"", bonds.collect::<Vec<_>>().join(" "))
+    bonds.collect()
 }
 
 /// The radius of the largest atom; of a body with edges, whose atoms may be tiny, that of its

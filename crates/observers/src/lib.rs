@@ -233,6 +233,8 @@ pub use drawn_bonds::drawn_bonds;
 #[doc(hidden)]
 pub use drawn_contours::{drawn_contours, packed_contours};
 #[doc(hidden)]
+pub use extended_xyz::bonded_atoms;
+#[doc(hidden)]
 pub use hexatic_order::local_orders;
 #[doc(hidden)]
 pub use kinds::{kinds_of_groups, names_of_kinds};

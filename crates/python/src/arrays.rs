@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use carom::{
     View,
     engine::{BodyView, Tag},
-    observers::{kinds_of_groups, names_of_kinds},
+    observers::{bonded_atoms, kinds_of_groups, names_of_kinds},
 };
 use numpy::{Element, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::{
@@ -106,6 +106,9 @@ pub fn atoms<'py>(py: Python<'py>, view: &View<'_>) -> PyResult<Bound<'py, PyDic
     atoms.set_item("ids", PyArray1::from_vec(py, ids))?;
     atoms.set_item("kinds", PyArray1::from_vec(py, kind_of))?;
     atoms.set_item("fixed", PyArray1::from_vec(py, fixed))?;
+    let bonds = bonded_atoms(view).into_iter().flatten();
+    let bonds = bonds.map(|atom| atom as u64).collect();
+    atoms.set_item("bonds", rows(py, bonds, 2)?)?;
     atoms.set_item("names", names_of_kinds(view, &kinds))?;
     Ok(atoms)
 }

@@ -632,6 +632,12 @@ def test_bonds_are_made_cut_and_kept():
     assert len(sim.bonds[1]) == 2
     sim.unbond([0])
     assert sim.bonds[0].tolist() == [[1, 2]]
+    try:
+        frame, copy = sim.to_gsd(), sim.to_ase()
+    except ImportError:
+        pass
+    else:
+        assert frame.bonds.group.tolist() == [[1, 2]] == copy.info["bonds"].tolist()
     # Chains of a scene.
     chains = {"radius": 0.01, "mass": 1, "energy": 1, "count": 12, "chain": {"members": 4, "tether": {"max": 0.04}}}
     sim = carom.Simulation({"gas": [chains]})

@@ -31,6 +31,8 @@ def to_ase(core: _carom.Core) -> Any:
     found.set_array("angle", atoms["angles"])
     found.set_array("molecule_id", atoms["ids"])
     found.set_array("kind", atoms["kinds"])
+    if len(atoms["bonds"]):
+        found.info["bonds"] = atoms["bonds"]
     return found
 
 
@@ -78,6 +80,11 @@ def to_gsd(core: _carom.Core) -> Any:
     particles.typeid = atoms["kinds"]
     particles.types = atoms["names"]
     particles.type_shapes = [_shape(atoms["radii"][atoms["kinds"] == kind]) for kind in range(len(atoms["names"]))]
+    if len(atoms["bonds"]):
+        frame.bonds.N = len(atoms["bonds"])
+        frame.bonds.group = atoms["bonds"].astype(np.uint32)
+        frame.bonds.typeid = np.zeros(frame.bonds.N, dtype=np.uint32)
+        frame.bonds.types = ["tether"]
     frame.log = {"time": np.array([core.time()])}
     return frame
 

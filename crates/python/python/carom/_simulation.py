@@ -1395,7 +1395,7 @@ class Simulation:
 
         Molecules are whole: an atom may lie outside the box. ``get_velocities()`` is in the units
         of the scene. Further arrays: ``radius``, ``angle``, ``molecule_id``, ``kind``. Walls have
-        no atoms.
+        no atoms. ``info["bonds"]`` has the two atoms of each bond, if there are any.
 
         Examples
         --------
@@ -1425,7 +1425,7 @@ class Simulation:
 
         Positions are in a box about the origin in single precision, image numbers count the boxes
         that the molecule has crossed, types bear the names of the tags, and ``log["time"]`` is the
-        time.
+        time. Bonds join the atoms that are nearest to their points.
 
         Examples
         --------
