@@ -122,8 +122,8 @@ fn bonds(view: &View<'_>) -> String {
     format!(" Bonds=\"{}\"", lines.join(" "))
 }
 
-/// The two atoms of each bond, which are the nearest to its points, by their numbers among the atoms
-/// of all bodies that are no walls.
+/// The two atoms of each bond, which are the nearest to its points, by their numbers among the
+/// atoms of all bodies that are no walls.
 pub fn bonded_atoms(view: &View<'_>) -> Vec<[usize; 2]> {
     let bodies: Vec<BodyView<'_>> = view.bodies().collect();
     let mut atoms = 0;

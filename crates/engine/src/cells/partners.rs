@@ -53,8 +53,8 @@ impl<F: CellFrame> CellState<F> {
     }
 
     /// Replaces the best event of a body, with its motion, by that of it and a partner, if it is
-    /// earlier. `bodies` are both in the order of `event`, which searches up to a horizon (time from
-    /// now) and returns the image of the second.
+    /// earlier. `bodies` are both in the order of `event`, which searches up to a horizon (time
+    /// from now) and returns the image of the second.
     #[inline(always)]
     fn offer_partner(
         &mut self,

@@ -5,6 +5,7 @@ use carom::engine::{BodyKey, BondSpec, CollisionReport, MoleculeSpec, Scene, Tet
 use super::{
     contact::MeasuredContact,
     kinematics::{Placed, along, cross, dot, length},
+    tracked::TrackedBond,
     vectors::{BodyPair, rotated},
     watcher::Watcher,
 };
@@ -15,15 +16,6 @@ const U: f64 = 0.5 * f64::EPSILON;
 
 /// Largest reach of a bond as a share of the shorter side.
 const MAX_REACH: f64 = 0.49;
-
-/// A bond of the scene.
-#[derive(Debug, Clone)]
-pub struct TrackedBond {
-    bodies: [BodyKey; 2],
-    points: [BodyPair; 2],
-    bounds: [f64; 2],
-    elasticity: f64,
-}
 
 /// Ties some pairs of the molecules of a scene, whose sides are these.
 pub fn tie(draw: &mut FuzzDraw, scene: &mut Scene, falls: bool) {

@@ -76,8 +76,8 @@ impl SceneRules {
         rule.map_or(1.0, |rule| rule.factor)
     }
 
-    /// The steps of the well of two bodies with these tags, each a range in distances at contact and
-    /// an energy (mass × length² / time²); none without a well.
+    /// The steps of the well of two bodies with these tags, each a range in distances at contact
+    /// and an energy (mass × length² / time²); none without a well.
     pub fn steps(&self, a: &[String], b: &[String]) -> Option<&[[f64; 2]]> {
         if self.factor(a, b) == 0.0 {
             return None;

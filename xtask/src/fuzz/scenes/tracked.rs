@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use carom::engine::{BodyView, PistonSpec, WallMotionSpec};
+use carom::engine::{BodyKey, BodyView, PistonSpec, WallMotionSpec};
 use carom_kinematics::EpochTime;
 
 use super::{
@@ -62,6 +62,28 @@ impl TrackedPiston {
         acceleration[axis] = gravity[axis] + self.force / self.mass;
         acceleration
     }
+}
+
+/// A bond of the scene.
+#[derive(Debug, Clone)]
+pub struct TrackedBond {
+    /// The two bodies, the one inserted earlier first.
+    pub bodies: [BodyKey; 2],
+    /// The points, in the frames of the bodies (length).
+    pub points: [BodyPair; 2],
+    /// The shortest and the longest length.
+    pub bounds: [f64; 2],
+    /// The elasticity.
+    pub elasticity: f64,
+}
+
+/// The shell of a pair, as far as it is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum KnownShell {
+    /// Within this step, and not within that before.
+    Within(usize),
+    /// The distance is that of a border, to rounding.
+    AtBorder,
 }
 
 /// The motion that a wall is given.

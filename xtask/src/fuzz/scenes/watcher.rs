@@ -6,15 +6,13 @@ use carom::engine::{BodyKey, CollisionReport, Observer, View};
 use carom_kinematics::{EpochTime, Motion};
 
 use super::{
-    bonds::TrackedBond,
     case::{CaseEdit, SceneCase, piston},
     contact::{self, ContactRules, MeasuredContact},
     kinematics::{BodyOutline, BodyPair, BodyState, Placed, dot, length},
     laws::SceneRules,
     oscillation::WallOscillation,
     table_path::TablePath,
-    tracked::{GivenMotion, TrackedBody, TrackedPiston, outline_for},
-    wells::KnownShell,
+    tracked::{GivenMotion, KnownShell, TrackedBody, TrackedBond, TrackedPiston, outline_for},
 };
 use crate::fuzz::{random::FuzzDraw, subject::Report};
 

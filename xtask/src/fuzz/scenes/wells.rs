@@ -6,21 +6,13 @@ use carom_kinematics::EpochTime;
 use super::{
     contact::MeasuredContact,
     kinematics::{BodyPair, along, cross, dot, length},
+    tracked::KnownShell,
     watcher::Watcher,
 };
 use crate::fuzz::subject::exceeds;
 
 /// Unit roundoff: half the distance from 1 to the next float.
 const U: f64 = 0.5 * f64::EPSILON;
-
-/// The shell of a pair, as far as it is known.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum KnownShell {
-    /// Within this step, and not within that before.
-    Within(usize),
-    /// The distance is that of a border, to rounding.
-    AtBorder,
-}
 
 impl Watcher {
     /// Takes over the shells of all pairs from their places at a time.
