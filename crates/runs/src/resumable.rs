@@ -651,7 +651,7 @@ impl<O: Observer + Serialize> Resumable<O> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::checkpoint_file::{FORMAT, encode};
+    use crate::checkpoint_file::{FORMAT, decode, encode};
     use carom::{
         CollisionRate, DirectionHistogram, EnergyLedger, OverlapCheck, Pressure, RunningAverage,
         observers::ImpulseLog,
@@ -708,6 +708,31 @@ mod tests {
         assert_eq!(
             (FORMAT, kept.len(), crc32fast::hash(&kept)),
             (25, 1059, 1_893_613_419)
+        );
+    }
+    /// Rules that scenes read from lists of another form.
+    #[test]
+    fn rules_for_pairs_are_read_back() {
+        let text = "[[transparent]]\nbetween = [\"b\"]\n[[diameter]]\nbetween = [\"a\", \"b\"]\nfactor = 0.8\n\
+                    [[well]]\nbetween = [\"a\"]\nsteps = [[1.5, -1.0], [2.0, 0.5]]\n\
+                    [[gas]]\ntags = [\"a\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 40\n\
+                    chain = { members = 2, tether = { max = 0.07 } }\n\
+                    [[gas]]\ntags = [\"b\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 10\n";
+        let scene = Scene::from_toml(text).unwrap();
+        let mut simulation = carom::Simulation::new(&scene).unwrap();
+        simulation.run_until(0.3).unwrap();
+        let state = simulation.end_epoch_here();
+        let read: carom::engine::Checkpoint = decode(&encode(&state).unwrap()).unwrap();
+        let mut resumed = carom::Simulation::resume(&read).unwrap();
+        for run in [&mut simulation, &mut resumed] {
+            run.run_until(0.6).unwrap();
+        }
+        let [one, other] = [&simulation, &resumed].map(|run| run.view());
+        assert_eq!(one.counters(), other.counters());
+        assert!(one.counters().step_collisions > 50);
+        assert_eq!(
+            one.energy_of_wells().to_bits(),
+            other.energy_of_wells().to_bits()
         );
     }
 }

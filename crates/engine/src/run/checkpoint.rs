@@ -27,6 +27,7 @@ use crate::{
         saved_bonds::{SavedBond, tethers},
         saved_elasticity::SavedElasticity,
         saved_reactions::SavedReactions,
+        saved_wells::SavedWell,
         simulation::{Epoch, Simulation},
     },
     scene::{
@@ -114,7 +115,7 @@ pub struct Checkpoint {
     elasticity: SavedElasticity,
     transparent: Vec<TransparentSpec>,
     diameter: Vec<DiameterSpec>,
-    wells: Vec<WellSpec>,
+    wells: Vec<SavedWell>,
     counters: Counters,
     ledger: Ledger,
     heat: HeatByTag,
@@ -328,7 +329,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             elasticity: elasticity.spec().into(),
             transparent: transparent.to_vec(),
             diameter: diameter.to_vec(),
-            wells: wells.to_vec(),
+            wells: wells.iter().map(SavedWell::from).collect(),
             counters: *counters,
             ledger: Ledger {
                 sheared: ledger.sheared + work_of_shear,
@@ -410,10 +411,11 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         world.tethers =
             tethers(&checkpoint.bonds, world.bodies.len()).map_err(CheckpointError::Bond)?;
         let mut names = checkpoint.names.clone();
+        let wells: Vec<WellSpec> = checkpoint.wells.iter().map(WellSpec::from).collect();
         world.pairs = PairTable::new(
             &checkpoint.transparent,
             &checkpoint.diameter,
-            &checkpoint.wells,
+            &wells,
             &mut names,
         )?;
         let mut elasticity =

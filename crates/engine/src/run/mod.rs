@@ -10,5 +10,6 @@ pub(crate) mod sampling;
 pub(crate) mod saved_bonds;
 pub(crate) mod saved_elasticity;
 pub(crate) mod saved_reactions;
+pub(crate) mod saved_wells;
 pub(crate) mod simulation;
 pub(crate) mod window_loop;

@@ -3,7 +3,7 @@
 
 use glam::DVec2;
 
-use crate::world::{World, view::BodyView};
+use crate::world::{World, rounding_bound::rounding_bound, view::BodyView};
 
 /// Calls `look` for each pair of bodies that are no walls and whose bounding circles may be as near
 /// as two bodies reach each other, with their indices in ascending order and the shift of the image
@@ -26,7 +26,9 @@ pub(crate) fn each_near_pair<'a>(
     }
     let bodies = &*bodies;
     let across = |place: DVec2| seam.map_or(place.x, |seam| seam.across(place));
-    let reach = world.largest_reach();
+    // Rounding may carry a pair in a well beyond its range.
+    let margin = rounding_bound(sides, world.largest_reach());
+    let reach = world.largest_reach() + margin;
     // At least one cell, and at most about √N per side for N bodies: an empty cell costs as much as
     // a full one.
     let count = |side: f64| ((side / reach).min(1.0 + (bodies.len() as f64).sqrt()) as i64).max(1);
@@ -51,7 +53,7 @@ pub(crate) fn each_near_pair<'a>(
             let shift = bounds.shift([boxes_across, boxes_up]);
             for a in members(number([column, row])) {
                 for b in there.iter().filter(|b| b.index > a.index) {
-                    let bounding = factor * (a.bounding_radius + b.bounding_radius);
+                    let bounding = factor * (a.bounding_radius + b.bounding_radius) + margin;
                     if ((b.place - a.place) + shift).length_squared() <= bounding * bounding {
                         let indices = [a, b].map(|body| body.index);
                         look(indices, indices.map(|body| &bodies[body as usize]), shift);
