@@ -707,7 +707,7 @@ mod tests {
         .unwrap();
         assert_eq!(
             (FORMAT, kept.len(), crc32fast::hash(&kept)),
-            (25, 1059, 1_893_613_419)
+            (26, 1071, 1_327_252_991)
         );
     }
     /// Rules that scenes read from lists of another form.
@@ -722,7 +722,7 @@ mod tests {
         let mut simulation = carom::Simulation::new(&scene).unwrap();
         simulation.run_until(0.3).unwrap();
         let state = simulation.end_epoch_here();
-        let read: carom::engine::Checkpoint = decode(&encode(&state).unwrap()).unwrap();
+        let read: Checkpoint = decode(&encode(&state).unwrap()).unwrap();
         let mut resumed = carom::Simulation::resume(&read).unwrap();
         for run in [&mut simulation, &mut resumed] {
             run.run_until(0.6).unwrap();

@@ -286,7 +286,7 @@ fn a_gas_with_a_molecule_is_measured_and_its_tables_are_written() {
                 "defects:gas", "body-frame-diffusion:tee", "relaxation:gas", "intermediate-scattering:gas,tee",
                 "van-hove:gas", "lyapunov", "crossings:gas", "incidence:gas", "clusters:gas", "voronoi:gas",
                 "currents:gas", "van-hove-distinct:gas,tee", "bond-order-correlation:gas", "bond-order-relaxation:gas",
-                "structure-factor-map:gas,tee", "numbers:gas"]
+                "structure-factor-map:gas,tee", "numbers:gas", "wells"]
         "#,
     );
     assert!(gas.unwrap_err().contains("equal discs"));
