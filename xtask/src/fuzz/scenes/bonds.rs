@@ -159,18 +159,7 @@ impl Watcher {
                 ),
             );
         }
-        let rate = |after: bool| {
-            let of = |n: usize| {
-                let motion = if after {
-                    &sides[n].after
-                } else {
-                    &sides[n].before
-                };
-                let spin = motion.angular_velocity;
-                along(motion.velocity.to_array(), spin, [-arms[n][1], arms[n][0]])
-            };
-            dot(along(of(1), -1.0, of(0)), direction)
-        };
+        let rate = |after: bool| rate_along(contact, arms, direction, after);
         let (before, after) = (rate(false), rate(true));
         let speed: f64 = (0..2)
             .map(|n| {
@@ -212,38 +201,7 @@ impl Watcher {
                 format!("the impulse {impulse:?} is not along the bond"),
             );
         }
-        let mut lost = 0.0;
-        for (n, side) in sides.iter().enumerate() {
-            let on_it = if n == 0 { impulse.map(|x| -x) } else { impulse };
-            let inertia = side.body.inertia();
-            let change = along(
-                side.after.velocity.to_array(),
-                -1.0,
-                side.before.velocity.to_array(),
-            );
-            let off = length(along(change, -inertia.inverse_mass, on_it));
-            let scale = length(on_it) * inertia.inverse_mass + side.before.velocity.length();
-            let torque = cross(arms[n], on_it) * inertia.inverse_moment;
-            let spun = side.after.angular_velocity - side.before.angular_velocity;
-            let arm = length(arms[n]) + bound;
-            let turned = (spun - torque).abs() * arm;
-            let of_torque = length(on_it) * arm * arm * inertia.inverse_moment
-                + side.before.angular_velocity.abs() * arm;
-            if exceeds(off, 64.0 * U * scale)
-                || exceeds(
-                    turned,
-                    (256.0 * U + 8.0 * bound / arm.max(distance)) * of_torque,
-                )
-            {
-                self.report.fail(
-                    "bond",
-                    format!(
-                        "the impulse {on_it:?} does not change the motion of its body: {contact:?}"
-                    ),
-                );
-            }
-            lost -= side.energy_change();
-        }
+        let lost = self.check_changes(contact, arms, bound);
         let energy = 0.5 * speed * speed
             / (sides.iter())
                 .map(|side| side.body.inertia().inverse_mass)
@@ -267,4 +225,61 @@ impl Watcher {
             ..MeasuredContact::default()
         }
     }
+
+    /// Checks that an impulse at the ends of these arms changes both motions of a bond, and returns
+    /// the energy lost. The arms have an error (length).
+    fn check_changes(
+        &mut self,
+        contact: &CollisionReport<'_>,
+        arms: [BodyPair; 2],
+        bound: f64,
+    ) -> f64 {
+        let (sides, impulse) = (&contact.sides, contact.impulse.to_array());
+        let mut lost = 0.0;
+        for (n, side) in sides.iter().enumerate() {
+            let on_it = if n == 0 { impulse.map(|x| -x) } else { impulse };
+            let inertia = side.body.inertia();
+            let change = along(
+                side.after.velocity.to_array(),
+                -1.0,
+                side.before.velocity.to_array(),
+            );
+            let off = length(along(change, -inertia.inverse_mass, on_it));
+            let scale = length(on_it) * inertia.inverse_mass + side.before.velocity.length();
+            let torque = cross(arms[n], on_it) * inertia.inverse_moment;
+            let spun = side.after.angular_velocity - side.before.angular_velocity;
+            let arm = length(arms[n]) + bound;
+            let turned = (spun - torque).abs() * arm;
+            let of_torque = length(on_it) * arm * arm * inertia.inverse_moment
+                + side.before.angular_velocity.abs() * arm;
+            if exceeds(off, 64.0 * U * scale)
+                || exceeds(turned, (256.0 * U + 8.0 * bound / arm) * of_torque)
+            {
+                self.report.fail(
+                    "bond",
+                    format!(
+                        "the impulse {on_it:?} does not change the motion of its body: {contact:?}"
+                    ),
+                );
+            }
+            lost -= side.energy_change();
+        }
+        lost
+    }
+}
+
+/// The velocity along a direction of the second point relative to the first (length per time).
+fn rate_along(
+    contact: &CollisionReport<'_>,
+    arms: [BodyPair; 2],
+    direction: BodyPair,
+    after: bool,
+) -> f64 {
+    let of = |n: usize| {
+        let side = &contact.sides[n];
+        let motion = if after { &side.after } else { &side.before };
+        let spin = motion.angular_velocity;
+        along(motion.velocity.to_array(), spin, [-arms[n][1], arms[n][0]])
+    };
+    dot(along(of(1), -1.0, of(0)), direction)
 }

@@ -127,15 +127,8 @@ impl Watcher {
                 format!("a step at {distance:e}, {off:e} from the range: allowed {bound:e}"),
             );
         }
-        let velocity = |after: bool| {
-            let of = |side: &carom::engine::Side<'_>| {
-                let motion = if after { side.after } else { side.before };
-                motion.velocity.to_array()
-            };
-            along(of(b), -1.0, of(a))
-        };
-        let [before, after] = [velocity(false), velocity(true)];
-        let [radial, radial_after] = [dot(before, direction), dot(after, direction)];
+        let [before, after] = [false, true].map(|after| relative_velocity(contact, after));
+        let radial = dot(before, direction);
         let inwards = dot(contact.normal.to_array(), direction) > 0.0;
         let speed = sides.each_ref().map(|side| side.before.velocity.length());
         let rate_error = (64.0 * U + 4.0 * bound / distance) * (speed[0] + speed[1]);
@@ -167,13 +160,55 @@ impl Watcher {
         }
         let energy = |shell: Option<usize>| shell.map_or(0.0, |shell| energies[shell]);
         let gain = energy(from) - energy(to);
+        let rates = Rates {
+            before,
+            after,
+            direction,
+            share: bound / distance,
+            error: rate_error,
+        };
+        let bounced = self.check_outcome(contact, &rates, (inwards, gain));
+        let shell = if bounced { from } else { to };
+        if !bounced {
+            self.gained += gain;
+        }
+        match shell {
+            Some(shell) => self.shells.insert(pair, KnownShell::Within(shell)),
+            None => self.shells.remove(&pair),
+        };
+        self.report.count("steps of wells", 1);
+        MeasuredContact {
+            approach: outwards_speed,
+            speed: speed[0] + speed[1],
+            distance,
+            ..MeasuredContact::default()
+        }
+    }
+
+    /// Checks the energy along the line of centres after a step, and that nothing else changes;
+    /// returns true if the pair has bounced back.
+    fn check_outcome(
+        &mut self,
+        contact: &CollisionReport<'_>,
+        rates: &Rates,
+        (inwards, gain): (bool, f64),
+    ) -> bool {
+        let Rates {
+            before,
+            after,
+            direction,
+            share,
+            error,
+        } = *rates;
+        let [radial, radial_after] = [dot(before, direction), dot(after, direction)];
+        let sides = &contact.sides;
         let inverse: f64 = (sides.iter())
             .map(|side| side.body.inertia().inverse_mass)
             .sum();
         let along_line = |rate: f64| 0.5 * rate * rate / inverse;
         let (old, new) = (along_line(radial), along_line(radial_after));
-        let allowed = (256.0 * U + 8.0 * bound / distance) * (old.max(new) + gain.abs())
-            + rate_error * (radial.abs() + radial_after.abs() + rate_error) / inverse;
+        let allowed = (256.0 * U + 8.0 * share) * (old.max(new) + gain.abs())
+            + error * (radial.abs() + radial_after.abs() + error) / inverse;
         let bounced = (radial_after > 0.0) == inwards;
         let changed = if bounced { 0.0 } else { gain };
         let wrong =
@@ -190,7 +225,7 @@ impl Watcher {
         let across = (cross(direction, after) - cross(direction, before)).abs();
         if exceeds(
             across,
-            rate_error + (64.0 * U + 4.0 * bound / distance) * radial_after.abs(),
+            error + (64.0 * U + 4.0 * share) * radial_after.abs(),
         ) {
             self.report.fail(
                 "well",
@@ -202,23 +237,27 @@ impl Watcher {
                 self.report.fail("well", "a step turns a disc".to_owned());
             }
         }
-        if !bounced {
-            self.gained += gain;
-            match to {
-                Some(shell) => self.shells.insert(pair, KnownShell::Within(shell)),
-                None => self.shells.remove(&pair),
-            };
-        } else if let Some(shell) = from {
-            self.shells.insert(pair, KnownShell::Within(shell));
-        } else {
-            self.shells.remove(&pair);
-        }
-        self.report.count("steps of wells", 1);
-        MeasuredContact {
-            approach: outwards_speed,
-            speed: speed[0] + speed[1],
-            distance,
-            ..MeasuredContact::default()
-        }
+        bounced
     }
+}
+
+/// The relative velocities at a step (length per time).
+struct Rates {
+    before: BodyPair,
+    after: BodyPair,
+    /// The line of centres.
+    direction: BodyPair,
+    /// The error of the distance by the distance.
+    share: f64,
+    /// Bound on the error of a velocity along the line of centres.
+    error: f64,
+}
+
+/// The velocity of the second disc relative to the first (length per time).
+fn relative_velocity(contact: &CollisionReport<'_>, after: bool) -> BodyPair {
+    let [of_first, of_second] = contact.sides.each_ref().map(|side| {
+        let motion = if after { side.after } else { side.before };
+        motion.velocity.to_array()
+    });
+    along(of_second, -1.0, of_first)
 }
