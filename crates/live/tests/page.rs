@@ -249,8 +249,19 @@ struct Opened {
     _root: tempfile::TempDir,
 }
 
-/// Opens the page of a server that has no scene: it shows the gallery.
-fn gallery(program: &'static str) -> Opened {
+impl Opened {
+    /// Stops the server; the browser keeps its page.
+    fn stop(self) -> Browser {
+        self.signals.interrupt();
+        self.served.join().unwrap().unwrap();
+        self.page
+    }
+}
+
+/// Opens the page of a server that has no scene, the gallery. Without a browser there is none, and
+/// the test of `what` counts as skipped.
+fn gallery(what: &str) -> Option<Opened> {
+    let program = chromium::browser(what)?;
     let root = tempfile::tempdir().unwrap();
     let signals = Signals::default();
     let any = SocketAddr::new(Ipv4Addr::LOCALHOST.into(), 0);
@@ -263,25 +274,20 @@ fn gallery(program: &'static str) -> Opened {
         "document.readyState === 'complete' && document.querySelectorAll('#gallery button').length > 5",
     );
     page.eval(HELPERS);
-    Opened {
+    Some(Opened {
         page,
         signals,
         served,
         _root: root,
-    }
+    })
 }
 
 #[test]
 fn controls_work_while_a_scene_is_open_and_the_server_is_there() {
-    let Some(program) = chromium::browser("the controls of carom live") else {
+    let Some(mut opened) = gallery("the controls of carom live") else {
         return;
     };
-    let Opened {
-        mut page,
-        signals,
-        served,
-        ..
-    } = gallery(program);
+    let page = &mut opened.page;
     let disabled = "[...document.querySelectorAll('.writes')].map((part) => part.disabled).join()";
     assert_eq!(page.eval(disabled), "true,true,true,true,true");
     page.eval("[...document.querySelectorAll('#gallery button')].find((e) => e.textContent.includes('sinai')).click()");
@@ -290,8 +296,7 @@ fn controls_work_while_a_scene_is_open_and_the_server_is_there() {
     page.eval("key('n')");
     page.until("text('about').startsWith('body')");
     assert_eq!(page.faults, Vec::<String>::new());
-    signals.interrupt();
-    served.join().unwrap().unwrap();
+    let mut page = opened.stop();
     page.until("text('title') === 'not connected'");
     assert_eq!(page.eval(disabled), "true,true,true,true,true");
     page.eval("key('b')");
@@ -300,15 +305,10 @@ fn controls_work_while_a_scene_is_open_and_the_server_is_there() {
 
 #[test]
 fn a_scene_file_is_written_in_the_page_and_its_fault_is_shown_by_line() {
-    let Some(program) = chromium::browser("the editor of carom live") else {
+    let Some(mut opened) = gallery("the editor of carom live") else {
         return;
     };
-    let Opened {
-        mut page,
-        signals,
-        served,
-        ..
-    } = gallery(program);
+    let page = &mut opened.page;
     page.eval("press('edit')");
     page.until("document.activeElement.id === 'scene-text'");
     assert_eq!(
@@ -326,8 +326,7 @@ fn a_scene_file_is_written_in_the_page_and_its_fault_is_shown_by_line() {
     page.until("text('bodies') === '20' && document.getElementById('editor').hidden");
     page.until("Number(text('time')) > 0");
     assert_eq!(page.faults, Vec::<String>::new());
-    signals.interrupt();
-    served.join().unwrap().unwrap();
+    opened.stop();
 }
 
 /// An empty field does not count as 0.
