@@ -53,7 +53,7 @@ struct Velocities {
     /// Whether all bodies have the same mass, so that Maxwell's distribution is one Gaussian.
     has_one_mass: bool,
     /// Degrees of freedom of the whole system at the start, if both components of the velocity of a
-    /// body have one variance.
+    /// body have one variance, and no wells exchange energy with them.
     freedom: Option<f64>,
 }
 
@@ -348,10 +348,7 @@ impl Velocities {
         };
         let error = f64::sqrt(2.0 * (1.0 + spread) / freedom);
         let figure = Figure::new(name, test.value / (freedom * effect), "1").error(error);
-        Some(figure.predicted(
-            self.freedom.map(|_| 1.0),
-            "Maxwell at fixed energy and momentum",
-        ))
+        Some(figure.predicted(1.0, "Maxwell at fixed energy and momentum"))
     }
 
     /// Mean of the design effects of joined bins of the speeds, which begin at `starts`, and their
