@@ -34,6 +34,8 @@ const UNIT: &str = "mass/time²";
 struct Virial {
     observer: Pressure,
     means: IntervalSums,
+    /// Whether an interval had no temperature, so that there is no factor.
+    lacks_temperature: bool,
 }
 
 impl Observer for Virial {
@@ -63,7 +65,10 @@ impl Observer for Virial {
         let new = &self.observer.series()[before..];
         let time = view.time().to_f64();
         match new.first() {
-            Some(point) => self.means.end(time, &[point.pressure(), point.ideal]),
+            Some(point) => {
+                self.lacks_temperature |= point.ideal == 0.0;
+                self.means.end(time, &[point.pressure(), point.ideal]);
+            }
             None => self.means.end(time, &[]),
         }
     }
@@ -77,11 +82,10 @@ impl Measured for Virial {
     fn sums(&self) -> Sums {
         let sums = self.means.sums();
         let [pressure, ideal] = [0, 1].map(|n| sums.get(n).copied().unwrap_or_default());
-        let has_temperature = ideal[0] > 0.0;
-        let factor = if has_temperature {
-            [pressure[0], ideal[0]]
-        } else {
+        let factor = if self.lacks_temperature {
             [0.0; 2]
+        } else {
+            [pressure[0], ideal[0]]
         };
         vec![pressure, factor]
     }
