@@ -19,11 +19,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     of: Of::System,
     span: Span::Measurement,
     parameters: &[],
-    figures: &[
-        "energy of wells",
-        "energy of wells by number of bodies",
-        "bodies within the wells of a body",
-    ],
+    figures: &[FIGURES[0].0, FIGURES[1].0, FIGURES[2].0],
     start: |_| Ok(in_blocks(WellEnergy::default())),
     resume: resumed::<WellEnergy>,
 };
