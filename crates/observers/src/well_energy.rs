@@ -1,5 +1,7 @@
 //! The energy of the wells of discs, and the pairs within their ranges, at each sample.
 
+use std::collections::HashSet;
+
 use carom_engine::{Observer, View};
 use serde::{Deserialize, Serialize};
 
@@ -68,15 +70,25 @@ impl Observer for WellEnergy {
     }
 
     fn sample(&mut self, view: &View<'_>) {
+        let mut bodies = 0.0;
+        let mut fixed = HashSet::new();
+        for body in view.bodies() {
+            if body.body.is_free() {
+                bodies += 1.0;
+            } else {
+                fixed.insert(body.body.key());
+            }
+        }
         let (mut pairs, mut neighbours) = (0, 0.0);
         for pair in view.pairs_in_wells() {
             pairs += 1;
-            let ends = pair.bodies.into_iter().filter_map(|key| view.body(key));
-            neighbours += ends.filter(|body| body.body.is_free()).count() as f64;
+            neighbours += pair
+                .bodies
+                .iter()
+                .filter(|key| !fixed.contains(key))
+                .count() as f64;
         }
         let energy = view.energy_of_wells();
-        let moving = view.bodies().filter(|body| body.body.is_free());
-        let bodies = moving.count() as f64;
         let terms = [[energy, 1.0], [energy, bodies], [neighbours, bodies]];
         for (sum, term) in self.sums.iter_mut().zip(terms) {
             sum[0] += term[0];
