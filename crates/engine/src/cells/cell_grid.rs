@@ -73,8 +73,7 @@ impl CellGrid {
         let by_pair = world.pairs.is_active();
         // The search among molecules takes the radii as they are: discs with a factor on their
         // contact distance live in cells of discs.
-        let resizes = world.pairs.has_diameters() || world.has_wells();
-        let by_diameter = by_pair && resizes && discs > 0;
+        let by_diameter = by_pair && world.pairs.changes_distances() && discs > 0;
         // Under shear the search among molecules is the one that knows of images that move.
         let is_sheared = world.is_sheared();
         if is_sheared && by_diameter {

@@ -39,6 +39,7 @@ use crate::{
         single_bodies::{add_molecule, add_wall, deepest_overlap, first_overlap},
         sites::Sites,
         wall_motions::refuse_drag,
+        wells::refuse_wells,
     },
     world::{
         World,
@@ -313,12 +314,7 @@ impl Batch {
     /// # Errors
     /// [`EditError::Scene`] if a rule names no tag or more than two.
     pub fn set_transparent(&mut self, rules: &[TransparentSpec]) -> Result<(), EditError> {
-        let known = self.names.len();
-        let (_, diameter, wells) = self.world.pairs.specs();
-        let pairs = PairTable::new(rules, diameter, wells, &mut self.names)
-            .inspect_err(|_| self.names.forget_after(known))?;
-        self.replace_pairs(pairs);
-        Ok(())
+        self.replace_pairs(Some(rules), None)
     }
 
     /// Replaces the wells of discs. Velocities do not change, and the energy of the pairs becomes
@@ -328,19 +324,29 @@ impl Batch {
     /// [`EditError::Scene`] if a rule names no tag or more than two, or a step is out of range. The
     /// batch is refused if a well does not fit the bodies or the box.
     pub fn set_wells(&mut self, wells: &[WellSpec]) -> Result<(), EditError> {
-        let known = self.names.len();
-        let (transparent, diameter, _) = self.world.pairs.specs();
-        let pairs = PairTable::new(transparent, diameter, wells, &mut self.names)
-            .inspect_err(|_| self.names.forget_after(known))?;
-        self.replace_pairs(pairs);
-        Ok(())
+        self.replace_pairs(None, Some(wells))
     }
 
-    fn replace_pairs(&mut self, pairs: PairTable) {
+    /// Replaces the rules for pairs of tags that are given; the others remain.
+    fn replace_pairs(
+        &mut self,
+        transparent: Option<&[TransparentSpec]>,
+        wells: Option<&[WellSpec]>,
+    ) -> Result<(), EditError> {
+        let known = self.names.len();
+        let (present, diameter, present_wells) = self.world.pairs.specs();
+        let pairs = PairTable::new(
+            transparent.unwrap_or(present),
+            diameter,
+            wells.unwrap_or(present_wells),
+            &mut self.names,
+        )
+        .inspect_err(|_| self.names.forget_after(known))?;
         // Earlier rules have effects until the bodies are predicted anew.
         self.start_to_move();
         self.world.pairs = pairs;
         (self.moves, self.relabels) = (true, true);
+        Ok(())
     }
 
     /// Replaces the reactions of bodies that collide. Reactions that have been in force before
@@ -719,7 +725,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         refuse_shear(&world, world.naming(&names))?;
         refuse_pistons(&world, world.naming(&names))?;
         refuse_bonds(&world, &elasticity, world.naming(&names))?;
-        world.refuse_wells(world.naming(&names))?;
+        refuse_wells(&world, world.naming(&names))?;
         resolves(&world, &elasticity)?;
         if may_reveal && let Some((pair, depth)) = first_overlap(&world) {
             let [first, second] = pair.map(world.naming(&names));

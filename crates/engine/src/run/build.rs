@@ -27,6 +27,7 @@ use crate::{
         pistons::{free_pistons, refuse_pistons},
         placement, start_from,
         wall_motions::{move_walls, refuse_drag},
+        wells::refuse_wells,
     },
     world::World,
 };
@@ -129,7 +130,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         refuse_pistons(&world, |body| singles.entry_of(body, &counts))?;
         refuse_bonds(&world, &elasticity, |body| singles.entry_of(body, &counts))?;
         refuse_stretched(&world, |body| singles.entry_of(body, &counts))?;
-        world.refuse_wells(|body| singles.entry_of(body, &counts))?;
+        refuse_wells(&world, |body| singles.entry_of(body, &counts))?;
         world.sort_into_shells();
         world.random_key = [scene.bounds.seed, scene.bounds.replica];
         world.shrink();

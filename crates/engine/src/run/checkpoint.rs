@@ -45,6 +45,7 @@ use crate::{
         bonds::{refuse_bonds, refuse_stretched},
         pistons::refuse_pistons,
         single_bodies::{is_open_wall, is_wall_temperature, refuse_large_wall},
+        wells::refuse_wells,
     },
     world::{
         World,
@@ -427,7 +428,7 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         refuse_pistons(&world, world.naming(&names))?;
         refuse_bonds(&world, &elasticity, world.naming(&names))?;
         refuse_stretched(&world, world.naming(&names))?;
-        world.refuse_wells(world.naming(&names))?;
+        refuse_wells(&world, world.naming(&names))?;
         world
             .restore_shells(&checkpoint.shells)
             .map_err(CheckpointError::Shell)?;

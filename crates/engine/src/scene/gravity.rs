@@ -112,8 +112,7 @@ pub(crate) fn refuse_gravity(world: &World) -> Result<(), SceneError> {
         );
     }
     let is_fixed_disc = |body: &Body| body.is_fixed() && body.molecule().is_disc();
-    let resizes = world.pairs.has_diameters() || world.has_wells();
-    if resizes && world.bodies.iter().any(is_fixed_disc) {
+    if world.pairs.changes_distances() && world.bodies.iter().any(is_fixed_disc) {
         return problem(
             "rules of diameters and wells do not apply to fixed discs where bodies fall yet: leave out the discs or the rules"
                 .to_owned(),

@@ -20,13 +20,14 @@ use crate::{
     },
 };
 
-/// Largest share of the side of the box that the centres of two tethered bodies may be apart: at
-/// half a side, another image would be as near.
-const MAX_SHARE: f64 = 0.5 - 1e-6;
+/// Largest share of the side of the box that the centres of two tethered bodies, or of two discs in
+/// a well, may be apart: at half a side, another image would be as near.
+pub(crate) const MAX_SHARE: f64 = 0.5 - 1e-6;
 
-/// Smallest room of a tether as a share of the longer side. Smaller: positions are rounded by more
-/// than 10⁻⁵ of the room, and a run makes more events than it can.
-const MIN_ROOM: f64 = 1e-10;
+/// Smallest room of a tether, and width of the step of a well, as a share of the longer side.
+/// Smaller: positions are rounded by more than 10⁻⁵ of the room, and a run makes more events than
+/// it can.
+pub(crate) const MIN_ROOM: f64 = 1e-10;
 
 /// Ties the bodies of a scene, of which the molecules of the gases begin at index `first`.
 ///

@@ -21,3 +21,4 @@ pub(crate) mod species;
 pub(crate) mod start_from;
 pub(crate) mod velocities;
 pub(crate) mod wall_motions;
+pub(crate) mod wells;

@@ -5,10 +5,9 @@ use glam::DVec2;
 
 use crate::world::{World, rounding_bound::rounding_bound, view::BodyView};
 
-/// Calls `look` for each pair of bodies that are no walls and whose bounding circles may be as near
-/// as two bodies reach each other, with their indices in ascending order and the shift of the image
-/// of the second. It has its own cell list. The views are all those of a world at an offset in the
-/// epoch (time).
+/// Calls `look` for each pair of bodies, except walls, that may touch or be within the range of a
+/// well, with their indices in ascending order and the shift of the image of the second. It has its
+/// own cell list. `bodies` are the views of all bodies at an offset in the epoch (time).
 pub(crate) fn each_near_pair<'a>(
     world: &World,
     offset: f64,
@@ -27,8 +26,9 @@ pub(crate) fn each_near_pair<'a>(
     let bodies = &*bodies;
     let across = |place: DVec2| seam.map_or(place.x, |seam| seam.across(place));
     // Rounding may carry a pair in a well beyond its range.
-    let margin = rounding_bound(sides, world.largest_reach());
-    let reach = world.largest_reach() + margin;
+    let largest = world.largest_reach();
+    let margin = rounding_bound(sides, largest);
+    let reach = largest + margin;
     // At least one cell, and at most about √N per side for N bodies: an empty cell costs as much as
     // a full one.
     let count = |side: f64| ((side / reach).min(1.0 + (bodies.len() as f64).sqrt()) as i64).max(1);

@@ -124,6 +124,11 @@ impl PairTable {
         !self.diameter.is_empty()
     }
 
+    /// Whether discs may meet at another distance than the sum of their radii.
+    pub(crate) fn changes_distances(&self) -> bool {
+        self.has_diameters() || self.has_wells()
+    }
+
     /// Whether a rule affects bodies of the world.
     #[inline]
     pub(crate) fn is_active(&self) -> bool {

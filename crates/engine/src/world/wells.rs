@@ -11,35 +11,20 @@
 //! one of the two, like a bond, in the image that is nearest: two discs within a range of less than
 //! half a side have one such image, which the pair cannot leave without crossing a step.
 
-use std::collections::BTreeMap;
-
 use carom_detection::{Outcome, Tether, TetherBound};
 use carom_kinematics::Motion;
+use glam::DVec2;
 use smallvec::SmallVec;
 
-use crate::{
-    scene::error::SceneError,
-    world::{
-        World,
-        body::BodyKey,
-        contact_event::{ContactEvent, TouchingParts},
-        heat::exact_sum,
-        near_pairs::each_near_pair,
-        rounding_bound::rounding_bound,
-        view::{BodyView, View, body_at},
-    },
+use crate::world::{
+    World,
+    body::BodyKey,
+    contact_event::{ContactEvent, TouchingParts},
+    heat::exact_sum,
+    near_pairs::each_near_pair,
+    rounding_bound::rounding_bound,
+    view::{BodyView, View, body_at},
 };
-
-/// Largest share of the shorter side that a range may be: at half a side, another image would be as
-/// near.
-const MAX_SHARE: f64 = 0.5 - 1e-6;
-
-/// Smallest width of a shell as a share of the longer side. Smaller: positions are rounded by more
-/// than 10⁻⁵ of the width.
-const MIN_WIDTH: f64 = 1e-10;
-
-/// Most pairs within the ranges of their wells, at random places: about 5 GB.
-const MAX_PAIRS: f64 = 3e7;
 
 /// A shell of a pair of discs.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,13 +32,13 @@ pub(crate) struct WellShell {
     /// Its number, from 0 at contact outwards.
     pub number: u8,
     /// The distances of the centres at its borders (length).
-    borders: [f64; 2],
+    pub borders: [f64; 2],
 }
 
 impl WellShell {
     /// A tether between the borders.
     fn tether(&self) -> Option<Tether> {
-        Tether::new(Default::default(), self.borders).ok()
+        Tether::new([DVec2::ZERO; 2], self.borders).ok()
     }
 
     /// Whether a distance of the centres is within the borders, up to a rounding (length).
@@ -121,10 +106,11 @@ impl Shells {
     pub fn pairs(&self) -> Vec<([u32; 2], WellShell)> {
         let mut pairs = Vec::new();
         for (body, list) in (0..).zip(&self.0) {
+            let begin = pairs.len();
             let later = list.iter().filter(|entry| entry.partner > body);
             pairs.extend(later.map(|entry| ([body, entry.partner], entry.shell)));
+            pairs[begin..].sort_unstable_by_key(|(bodies, _)| *bodies);
         }
-        pairs.sort_unstable_by_key(|(bodies, _)| *bodies);
         pairs
     }
 
@@ -217,9 +203,12 @@ impl World {
         self.shells.of_pair(bodies)?.tether()
     }
 
-    /// The shell of a pair with this number.
+    /// The shell of a pair with this number; `None` for two fixed discs.
     fn shell(&self, bodies: [u32; 2], number: u8) -> Option<WellShell> {
         let [a, b] = bodies.map(|body| &self.bodies[body as usize]);
+        if a.is_fixed() && b.is_fixed() {
+            return None;
+        }
         let steps = self.pairs.steps(a, b)?;
         let contact = self.pairs.factor(a, b)
             * (a.molecule().bounding_radius() + b.molecule().bounding_radius());
@@ -230,8 +219,8 @@ impl World {
         Some(WellShell { number, borders })
     }
 
-    /// All shells of a pair, from the inside outwards.
-    fn shells_of(&self, bodies: [u32; 2]) -> impl Iterator<Item = WellShell> {
+    /// All shells of a pair, from the inside outwards; none without a well.
+    pub(crate) fn shells_of(&self, bodies: [u32; 2]) -> impl Iterator<Item = WellShell> {
         (0..=u8::MAX).map_while(move |number| self.shell(bodies, number))
     }
 
@@ -285,12 +274,9 @@ impl World {
             .map(|index| body_at(self, index, 0.0))
             .collect();
         each_near_pair(self, 0.0, &mut placed, |[a, b], pair, shift| {
-            let [one, other] = pair;
-            if one.body.is_fixed() && other.body.is_fixed() {
-                return;
-            }
             let bodies = [a, b];
-            let between = (other.motion.position - one.motion.position) + shift;
+            let [one, other] = pair.map(|body| body.motion.position);
+            let between = (other - one) + shift;
             let distance = between.length();
             let rounding = rounding_bound(sides, distance);
             let stays = before.of_pair(bodies).and_then(|shell| {
@@ -313,6 +299,13 @@ impl World {
         }
     }
 
+    /// The distance of the centres of two bodies in their nearest images, at an offset in the epoch
+    /// (time).
+    fn nearest_distance(&self, bodies: [usize; 2], offset: f64) -> f64 {
+        let [a, b] = bodies.map(|body| self.motions[body].at(offset));
+        (b.position - a.position + self.nearest_shift([&a, &b])).length()
+    }
+
     /// The first pair of discs whose distance, at an offset in the epoch (time), is not that of its
     /// shell on record to rounding, and the distance (length). The cost is O(N²) for N bodies.
     pub(crate) fn first_outside_shell(&self, offset: f64) -> Option<(usize, usize, f64)> {
@@ -326,12 +319,7 @@ impl World {
             let Some(last) = self.shells_of(bodies).last() else {
                 continue;
             };
-            if self.bodies[a].is_fixed() && self.bodies[b].is_fixed() {
-                continue;
-            }
-            let motions = [a, b].map(|body| self.motions[body].at(offset));
-            let shift = self.nearest_shift([&motions[0], &motions[1]]);
-            let distance = (motions[1].position - motions[0].position + shift).length();
+            let distance = self.nearest_distance([a, b], offset);
             let rounding = rounding_bound(sides, last.borders[1]);
             let is_right = match self.shells.of_pair(bodies) {
                 None => distance >= last.borders[1] - rounding,
@@ -356,136 +344,13 @@ impl World {
             if a >= b || b >= self.bodies.len() {
                 return Err(number);
             }
-            let motions = [&self.motions[a], &self.motions[b]];
-            let between = motions[1].position - motions[0].position + self.nearest_shift(motions);
-            let distance = between.length();
+            let distance = self.nearest_distance([a, b], 0.0);
             let fits = |shell: &WellShell| shell.holds(distance, rounding_bound(sides, distance));
             let shell = self.shell(bodies, shell).filter(fits).ok_or(number)?;
             self.shells.set(bodies, Some(shell));
         }
         Ok(())
     }
-
-    /// Refuses a shear of discs with wells, ranges for which images are ambiguous, and steps that
-    /// are too narrow; `name` names a body.
-    ///
-    /// # Errors
-    /// [`SceneError::Entry`].
-    pub(crate) fn refuse_wells(&self, name: impl Fn(usize) -> String) -> Result<(), SceneError> {
-        if !self.has_wells() {
-            return Ok(());
-        }
-        if self.is_sheared() {
-            return Err(SceneError::of_entry("well", "does not go with a shear yet"));
-        }
-        let sides = self.bounds.sides();
-        let (widest, least) = (
-            MAX_SHARE * sides.min_element(),
-            MIN_WIDTH * sides.max_element(),
-        );
-        let groups = self.groups_of_discs();
-        let mut pairs = 0.0;
-        for (n, one) in groups.iter().enumerate() {
-            for other in &groups[..=n] {
-                if let Some((pair, [inner, outer])) =
-                    self.extreme_shell([&one.extremes, &other.extremes], widest, least)
-                {
-                    let [a, b] = pair.map(name);
-                    let problem = if outer > widest {
-                        format!(
-                            "reaches {outer:?} (length) between {a} and {b}, so that two images are equally near: it \
-                             must be less than half the shorter side, {:?}",
-                            0.5 * sides.min_element()
-                        )
-                    } else {
-                        format!(
-                            "has a step from {inner:?} to {outer:?} (length) between {a} and {b}: it must be at least \
-                             1e-10 of the longer side wide, {least:?} (length)"
-                        )
-                    };
-                    return Err(SceneError::of_entry("well", problem));
-                }
-                pairs += self.expected_pairs(one, other);
-            }
-        }
-        if pairs > MAX_PAIRS {
-            let problem = format!(
-                "would hold about {pairs:.1e} pairs at random places, at most {MAX_PAIRS:.0e} are allowed: make the \
-                 ranges shorter"
-            );
-            return Err(SceneError::of_entry("well", problem));
-        }
-        Ok(())
-    }
-
-    /// The discs of each class of tags that move, and those that are fixed.
-    fn groups_of_discs(&self) -> Vec<DiscGroup> {
-        let mut groups: BTreeMap<(u32, bool), Vec<usize>> = BTreeMap::new();
-        for (index, body) in self.bodies.iter().enumerate() {
-            let group = (body.kind.tag_class, body.is_fixed());
-            groups.entry(group).or_default().push(index);
-        }
-        let radius = |index: &usize| self.bodies[*index].molecule().bounding_radius();
-        let group = |mut all: Vec<usize>| {
-            all.sort_by(|a, b| radius(a).total_cmp(&radius(b)));
-            let count = all.len();
-            if count > 4 {
-                all = vec![all[0], all[1], all[count - 2], all[count - 1]];
-            }
-            DiscGroup {
-                count: count as f64,
-                extremes: all,
-            }
-        };
-        groups.into_values().map(group).collect()
-    }
-
-    /// A pair of these discs with a shell that ends beyond `widest` or is narrower than `least`
-    /// (length), and its borders.
-    fn extreme_shell(
-        &self,
-        [some, others]: [&[usize]; 2],
-        widest: f64,
-        least: f64,
-    ) -> Option<([usize; 2], [f64; 2])> {
-        for (&a, &b) in some.iter().flat_map(|a| others.iter().map(move |b| (a, b))) {
-            if a == b || (self.bodies[a].is_fixed() && self.bodies[b].is_fixed()) {
-                continue;
-            }
-            let pair = [a.min(b), a.max(b)];
-            for shell in self.shells_of(pair.map(|body| body as u32)) {
-                let [inner, outer] = shell.borders;
-                if outer > widest || outer - inner < least {
-                    return Some((pair, [inner, outer]));
-                }
-            }
-        }
-        None
-    }
-
-    /// The number of pairs of two groups within the ranges of their wells at random places.
-    fn expected_pairs(&self, one: &DiscGroup, other: &DiscGroup) -> f64 {
-        let (Some(&a), Some(&b)) = (one.extremes.last(), other.extremes.last()) else {
-            return 0.0;
-        };
-        if self.bodies[a].is_fixed() && self.bodies[b].is_fixed() {
-            return 0.0;
-        }
-        let widest = self.shells_of([a as u32, b as u32]).last();
-        let Some([_, range]) = widest.map(|shell| shell.borders) else {
-            return 0.0;
-        };
-        let share = std::f64::consts::PI * range * range / self.bounds.area();
-        let both = if a == b { 0.5 } else { 1.0 };
-        both * one.count * other.count * share.min(1.0)
-    }
-}
-
-/// Discs of one class of tags, which all move or are all fixed.
-struct DiscGroup {
-    count: f64,
-    /// The two smallest and the two largest, in ascending order, by their indices.
-    extremes: Vec<usize>,
 }
 
 /// A pair of discs within the range of their well, in a view.
