@@ -166,8 +166,7 @@ impl Observer for BodyNumbers {
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
-        let touches = report.bond.is_none() && !report.is_step;
-        if touches && report.sides.iter().all(|side| self.contains(side.body)) {
+        if report.is_contact() && report.sides.iter().all(|side| self.contains(side.body)) {
             self.contacts += 1.0;
         }
     }

@@ -239,7 +239,7 @@ impl Observer for ContactDensity {
         };
         self.watched_until(report.time);
         // A contact without impulse has no direction, and bonds and wells do not act on surfaces.
-        if impulse == DVec2::ZERO || report.bond.is_some() || report.is_step {
+        if impulse == DVec2::ZERO || !report.is_contact() {
             return;
         }
         let partner = report

@@ -143,7 +143,7 @@ impl Observer for DirectionHistogram {
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
         // A contact without impulse has no direction, and bonds and wells do not act on surfaces.
-        if report.impulse == DVec2::ZERO || report.bond.is_some() || report.is_step {
+        if report.impulse == DVec2::ZERO || !report.is_contact() {
             return;
         }
         for (side, impulse) in report.sides.iter().zip([-report.impulse, report.impulse]) {

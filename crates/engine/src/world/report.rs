@@ -99,6 +99,11 @@ pub struct CollisionReport<'a> {
 }
 
 impl<'a> CollisionReport<'a> {
+    /// Whether surfaces touch: not at a bound of a bond, nor at a step of a well.
+    pub fn is_contact(&self) -> bool {
+        self.bond.is_none() && !self.is_step
+    }
+
     /// Returns the side of the body with this handle and the impulse on it (mass × length / time).
     pub fn side_of(&self, key: crate::BodyKey) -> Option<(&Side<'a>, DVec2)> {
         match &self.sides {
