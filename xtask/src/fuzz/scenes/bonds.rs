@@ -3,16 +3,13 @@
 use carom::engine::{BodyKey, BondSpec, CollisionReport, MoleculeSpec, Scene, TetherSpec, View};
 
 use super::{
-    contact::MeasuredContact,
-    kinematics::{Placed, along, cross, dot, length},
+    contact::{MeasuredContact, relative_rate, separation},
+    kinematics::{Placed, along, cross, dot, length, shortest_way},
     tracked::TrackedBond,
-    vectors::{BodyPair, rotated},
+    vectors::{BodyPair, U, rotated},
     watcher::Watcher,
 };
 use crate::fuzz::{random::FuzzDraw, subject::exceeds};
-
-/// Unit roundoff: half the distance from 1 to the next float.
-const U: f64 = 0.5 * f64::EPSILON;
 
 /// Largest reach of a bond as a share of the shorter side.
 const MAX_REACH: f64 = 0.49;
@@ -65,10 +62,7 @@ fn tether(
         let (sin, cos) = libm::sincos(angle);
         rotated(points[n], [cos, sin])
     });
-    let centres = [0, 1].map(|axis| {
-        let way = pair[1].at[axis] - pair[0].at[axis];
-        way - sides[axis] * (way / sides[axis]).round()
-    });
+    let centres = shortest_way(pair[0].at, pair[1].at, sides);
     let now = length(along(along(centres, 1.0, arms[1]), -1.0, arms[0]));
     let max = now * (1.0 + draw.scale(1e-3, 1.0)) + 1e-6;
     let reach = max + length(points[0]) + length(points[1]);
@@ -138,10 +132,7 @@ impl Watcher {
             return MeasuredContact::default();
         };
         let arms = [0, 1].map(|n| rotated(bond.points[n], placed[n].rotation));
-        let centres = [0, 1].map(|axis| {
-            let way = sides[1].before.position[axis] - sides[0].before.position[axis];
-            way + contact.image[axis] as f64 * self.sides[axis]
-        });
+        let centres = separation(contact, self.sides);
         let between = along(along(centres, 1.0, arms[1]), -1.0, arms[0]);
         let distance = length(between);
         let direction = between.map(|x| x / distance);
@@ -159,7 +150,7 @@ impl Watcher {
                 ),
             );
         }
-        let rate = |after: bool| rate_along(contact, arms, direction, after);
+        let rate = |after: bool| dot(relative_rate(contact, arms, after), direction);
         let (before, after) = (rate(false), rate(true));
         let speed: f64 = (0..2)
             .map(|n| {
@@ -266,20 +257,4 @@ impl Watcher {
         }
         lost
     }
-}
-
-/// The velocity along a direction of the second point relative to the first (length per time).
-fn rate_along(
-    contact: &CollisionReport<'_>,
-    arms: [BodyPair; 2],
-    direction: BodyPair,
-    after: bool,
-) -> f64 {
-    let of = |n: usize| {
-        let side = &contact.sides[n];
-        let motion = if after { &side.after } else { &side.before };
-        let spin = motion.angular_velocity;
-        along(motion.velocity.to_array(), spin, [-arms[n][1], arms[n][0]])
-    };
-    dot(along(of(1), -1.0, of(0)), direction)
 }

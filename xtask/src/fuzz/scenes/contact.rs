@@ -13,11 +13,9 @@ use super::{
     },
     laws::ContactLaw,
     rough::{RoughContact, TangentialLoss, pushed_speed},
+    vectors::U,
 };
 use crate::fuzz::subject::{Report, exceeds};
-
-/// Unit roundoff: half the distance from 1 to the next float.
-const U: f64 = 0.5 * f64::EPSILON;
 
 /// A body at a contact.
 #[derive(Debug, Clone, Copy)]
@@ -79,12 +77,7 @@ pub fn check(
         (None, edge) => BodyPart::Edge(edge.unwrap_or(0) as usize),
     };
     let [a, b] = &bodies;
-    let place = |axis: usize| {
-        let [first, second] =
-            [&sides[0].before, &sides[1].before].map(|motion| motion.position[axis]);
-        (second - first) + contact.image[axis] as f64 * rules.sides[axis]
-    };
-    let separation = [place(0), place(1)];
+    let separation = separation(contact, rules.sides);
     let touch = touch_in_image(
         (a.outline, &a.placed, part(&sides[0])),
         (b.outline, &b.placed, part(&sides[1])),
@@ -170,7 +163,7 @@ fn check_joint(
         );
     }
     MeasuredContact {
-        approach: -dot(relative_rate(contact, touch, false), touch.normal),
+        approach: -dot(relative_rate(contact, touch.arms, false), touch.normal),
         speed,
         distance: touch.distance,
         lost,
@@ -223,12 +216,21 @@ fn check_work(contact: &CollisionReport<'_>, work: f64, error: f64, report: &mut
     }
 }
 
-/// Velocity of the touching point of the second body relative to that of the first.
-fn relative_rate(contact: &CollisionReport<'_>, touch: &TouchedParts, after: bool) -> BodyPair {
+/// Vector from the centre of the first body to that of the touched image of the second (length), in
+/// a box of these sides.
+pub fn separation(contact: &CollisionReport<'_>, sides: BodyPair) -> BodyPair {
+    let [first, second] = contact.sides.each_ref().map(|side| side.before.position);
+    [0, 1].map(|axis| (second[axis] - first[axis]) + contact.image[axis] as f64 * sides[axis])
+}
+
+/// Velocity of the end of the arm of the second body relative to that of the first (length per
+/// time).
+pub fn relative_rate(contact: &CollisionReport<'_>, arms: [BodyPair; 2], after: bool) -> BodyPair {
+    let [first, second] = &contact.sides;
     along(
-        rate(&contact.sides[1], touch.arms[1], after),
+        rate(second, arms[1], after),
         -1.0,
-        rate(&contact.sides[0], touch.arms[0], after),
+        rate(first, arms[0], after),
     )
 }
 
@@ -287,7 +289,7 @@ fn check_impulse(
     check_arms(contact, touch, is_rough, (arm_error, normal_error), report);
     let sums = check_momentum(contact, touch, is_rough, report);
     check_torque(contact, touch, arm_error, report);
-    let velocities = [false, true].map(|after| relative_rate(contact, touch, after));
+    let velocities = [false, true].map(|after| relative_rate(contact, touch.arms, after));
     let [before, after] = velocities;
     let Sums { speed, spins, .. } = sums;
     let speeds = NormalSpeeds {

@@ -750,11 +750,15 @@ pub fn touch_in_image(
 
 /// Distance between two positions across the periodic borders (length).
 pub fn distance_in_box(a: BodyPair, b: BodyPair, sides: BodyPair) -> f64 {
-    let shortest = |axis: usize| {
-        let d = a[axis] - b[axis];
+    length(shortest_way(a, b, sides))
+}
+
+/// Shortest vector from a position to another across the periodic borders (length).
+pub fn shortest_way(from: BodyPair, to: BodyPair, sides: BodyPair) -> BodyPair {
+    [0, 1].map(|axis| {
+        let d = to[axis] - from[axis];
         d - (d / sides[axis]).round() * sides[axis]
-    };
-    length([shortest(0), shortest(1)])
+    })
 }
 
 #[cfg(test)]

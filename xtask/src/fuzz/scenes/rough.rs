@@ -8,11 +8,11 @@
 
 use carom::engine::CollisionReport;
 
-use super::kinematics::{BodyPair, NormalSpeeds, TouchedParts, cross, dot, length};
+use super::{
+    kinematics::{BodyPair, NormalSpeeds, TouchedParts, cross, dot, length},
+    vectors::U,
+};
 use crate::fuzz::subject::{Report, exceeds};
-
-/// Unit roundoff.
-const U: f64 = 0.5 * f64::EPSILON;
 
 /// A rough contact, with what has been measured of it.
 pub struct RoughContact<'a> {

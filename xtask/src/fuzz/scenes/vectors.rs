@@ -3,6 +3,9 @@
 /// Two numbers: a position, a velocity, or a cosine and sine.
 pub type BodyPair = [f64; 2];
 
+/// Unit roundoff: half the distance from 1 to the next float.
+pub const U: f64 = 0.5 * f64::EPSILON;
+
 /// Scalar product.
 pub fn dot(a: BodyPair, b: BodyPair) -> f64 {
     a[0] * b[0] + a[1] * b[1]

@@ -4,15 +4,13 @@ use carom::engine::{BodyKey, CollisionReport};
 use carom_kinematics::EpochTime;
 
 use super::{
-    contact::MeasuredContact,
-    kinematics::{BodyPair, along, cross, dot, length},
+    contact::{MeasuredContact, relative_rate, separation},
+    kinematics::{BodyPair, cross, distance_in_box, dot, length},
     tracked::KnownShell,
+    vectors::U,
     watcher::Watcher,
 };
 use crate::fuzz::subject::exceeds;
-
-/// Unit roundoff: half the distance from 1 to the next float.
-const U: f64 = 0.5 * f64::EPSILON;
 
 impl Watcher {
     /// Takes over the shells of all pairs from their places at a time.
@@ -29,11 +27,8 @@ impl Watcher {
                 let Some(borders) = self.borders([*a, *b]) else {
                     continue;
                 };
-                let apart = [0, 1].map(|axis| {
-                    let way = at_b[axis] - at_a[axis];
-                    way - self.sides[axis] * (way / self.sides[axis]).round()
-                });
-                let (distance, bound) = (length(apart), self.bound_of_step([*a, *b], time));
+                let distance = distance_in_box(*at_a, *at_b, self.sides);
+                let bound = self.bound_of_step([*a, *b], time);
                 let is_border = |border: &f64| (distance - border).abs() <= bound;
                 let shell = if borders.iter().any(is_border) {
                     Some(KnownShell::AtBorder)
@@ -92,7 +87,6 @@ impl Watcher {
     pub(super) fn check_step(&mut self, contact: &CollisionReport<'_>) -> MeasuredContact {
         let sides = &contact.sides;
         let pair = sides.each_ref().map(|side| side.body.key());
-        let [a, b] = [&sides[0], &sides[1]];
         let tags = pair.map(|key| self.bodies.get(&key).map(|body| body.tags.clone()));
         let [Some(tags_a), Some(tags_b)] = tags else {
             return MeasuredContact::default();
@@ -106,11 +100,7 @@ impl Watcher {
             return MeasuredContact::default();
         };
         let energies: Vec<f64> = steps.iter().map(|[_, energy]| *energy).collect();
-        let place = |axis: usize| {
-            let way = b.before.position[axis] - a.before.position[axis];
-            way + contact.image[axis] as f64 * self.sides[axis]
-        };
-        let between = [place(0), place(1)];
+        let between = separation(contact, self.sides);
         let distance = length(between);
         let direction = between.map(|x| x / distance);
         let nearest = |one: &usize, other: &usize| {
@@ -127,7 +117,8 @@ impl Watcher {
                 format!("a step at {distance:e}, {off:e} from the range: allowed {bound:e}"),
             );
         }
-        let [before, after] = [false, true].map(|after| relative_velocity(contact, after));
+        let [before, after] =
+            [false, true].map(|after| relative_rate(contact, [[0.0; 2]; 2], after));
         let radial = dot(before, direction);
         let inwards = dot(contact.normal.to_array(), direction) > 0.0;
         let speed = sides.each_ref().map(|side| side.before.velocity.length());
@@ -251,13 +242,4 @@ struct Rates {
     share: f64,
     /// Bound on the error of a velocity along the line of centres.
     error: f64,
-}
-
-/// The velocity of the second disc relative to the first (length per time).
-fn relative_velocity(contact: &CollisionReport<'_>, after: bool) -> BodyPair {
-    let [of_first, of_second] = contact.sides.each_ref().map(|side| {
-        let motion = if after { side.after } else { side.before };
-        motion.velocity.to_array()
-    });
-    along(of_second, -1.0, of_first)
 }
