@@ -112,6 +112,7 @@ impl Tether {
     ///
     /// # Errors
     /// [`TetherError`] for a number out of range.
+    #[inline]
     pub fn new(points: [DVec2; 2], [shortest, longest]: [f64; 2]) -> Result<Self, TetherError> {
         if check_positive("max", longest).is_err() {
             return Err(TetherError::Longest(longest));
@@ -140,11 +141,13 @@ impl Tether {
     }
 
     /// The points in the frames of the two bodies, from their centres of mass (length).
+    #[inline]
     pub fn points(&self) -> [DVec2; 2] {
         self.circles.map(|circle| circle.offset)
     }
 
     /// The shortest and the longest length; the shortest is 0 where there is no such bound.
+    #[inline]
     pub fn bounds(&self) -> [f64; 2] {
         [self.shortest, self.longest]
     }

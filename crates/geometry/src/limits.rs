@@ -21,6 +21,7 @@ pub const MIN_MAGNITUDE: f64 = 1e-60;
 /// assert!(carom_geometry::check_length("offset", 0.3).is_ok());
 /// assert!(carom_geometry::check_length("offset", f64::NAN).is_err());
 /// ```
+#[inline]
 pub fn check_length(name: &'static str, value: f64) -> Result<f64, GeometryError> {
     if value.is_finite() && value.abs() <= MAX_MAGNITUDE {
         Ok(value)
@@ -38,6 +39,7 @@ pub fn check_length(name: &'static str, value: f64) -> Result<f64, GeometryError
 /// assert!(carom_geometry::check_positive("radius", 0.3).is_ok());
 /// assert!(carom_geometry::check_positive("radius", -0.3).is_err());
 /// ```
+#[inline]
 pub fn check_positive(name: &'static str, value: f64) -> Result<f64, GeometryError> {
     if value.is_finite() && (MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&value) {
         Ok(value)

@@ -40,16 +40,38 @@ impl<F: CellFrame> CellState<F> {
         let list = self.neighbour_lists.list(query.from.cell());
         let covered = list.is_covered().then_some(list.cell);
         let mut soonest = (f64::INFINITY, 0);
-        let mut visible = SmallVec::<[(u32, f64); 2 * DISC_LANES]>::new();
-        for slot in list.slots() {
-            let other = slot & INDEX_MASK;
-            if other != disc {
-                let factor = self.pair_factor(world, [disc, other]);
-                if factor > 0.0 {
+        let mut visible = SmallVec::<[(u32, f64); 4 * DISC_LANES]>::new();
+        let body = self.bodies.among_all(disc);
+        let factors = world
+            .pairs
+            .factors_outside_wells(&world.bodies[body as usize]);
+        let in_wells = world.shells.at(body);
+        // One of 64 bits for each partner: most other discs then need no look at the list.
+        let bit = |body: u32| 1_u64 << (body % u64::BITS);
+        let bits = in_wells
+            .iter()
+            .fold(0, |bits, entry| bits | bit(entry.partner));
+        list.for_each_slots8(|slots| {
+            for &slot in slots {
+                let other = slot & INDEX_MASK;
+                if other == disc || other == self.dummy() {
+                    continue;
+                }
+                let other = self.bodies.among_all(other);
+                let factor = match factors {
+                    &[factor] => factor,
+                    _ => {
+                        let class = world.bodies[other as usize].kind.tag_class;
+                        factors.get(class as usize).copied().unwrap_or(1.0)
+                    }
+                };
+                let is_in_well =
+                    bits & bit(other) != 0 && in_wells.iter().any(|entry| entry.partner == other);
+                if factor > 0.0 && !is_in_well {
                     visible.push((slot, factor));
                 }
             }
-        }
+        });
         for some in visible.chunks(DISC_LANES) {
             let mut slots = [self.dummy(); DISC_LANES];
             for (lane, &(slot, _)) in some.iter().enumerate() {

@@ -343,16 +343,12 @@ impl World {
     #[inline]
     pub fn pair_factor(&self, bodies: [u32; 2]) -> f64 {
         let [a, b] = bodies.map(|body| &self.bodies[body as usize]);
-        let factor = self.pairs.factor(a, b);
-        if self.has_wells()
-            && let Some(steps) = self.pairs.steps(a, b)
-        {
-            return match (steps, self.shells.of_pair(bodies)) {
-                ([.., [range, _]], None) => factor * range,
-                _ => 0.0,
-            };
+        let factors = self.pairs.factors_outside_wells(a);
+        match factors.get(b.kind.tag_class as usize) {
+            None => 1.0,
+            Some(_) if self.shells.of_pair(bodies).is_some() => 0.0,
+            Some(&factor) => factor,
         }
-        factor
     }
 
     /// The indices of the walls that move, in the order of [`Self::bodies`].

@@ -38,6 +38,9 @@ pub(crate) struct PairTable {
     tags_of_wells: Vec<[Tag; 2]>,
     /// The well for each pair of classes; empty if there is none.
     well_by_class: Vec<IndexOrNone>,
+    /// The factor for each pair of classes at which two bodies outside their well meet: with its
+    /// range. Empty if there are no wells.
+    range_by_class: Vec<f64>,
 }
 
 #[derive(Debug, Clone)]
@@ -191,6 +194,19 @@ impl PairTable {
         self.by_class[a.kind.tag_class as usize * self.classes + b.kind.tag_class as usize]
     }
 
+    /// The factors at which a body meets those of each class that are not in its well, with the
+    /// ranges of wells; empty if all are 1.
+    #[inline]
+    pub(crate) fn factors_outside_wells(&self, body: &Body) -> &[f64] {
+        let by_class = if self.has_wells() {
+            &self.range_by_class
+        } else {
+            &self.by_class
+        };
+        let begin = body.kind.tag_class as usize * self.classes;
+        by_class.get(begin..begin + self.classes).unwrap_or(&[])
+    }
+
     /// The factor of two bodies with these tags.
     pub(crate) fn factor_of_tags(&self, a: &Tags, b: &Tags) -> f64 {
         let rule = self.rules.iter().find(|rule| rule.applies(a, b));
@@ -266,6 +282,15 @@ impl PairTable {
         }
         let has_wells = by_class.iter().any(|well| well.get().is_some());
         self.well_by_class = if has_wells { by_class } else { Vec::new() };
+        self.range_by_class = (0..self.well_by_class.len())
+            .map(|place| {
+                let factor = self.by_class.get(place).copied().unwrap_or(1.0);
+                let well = self.well_by_class[place].get();
+                well.map_or(factor, |well| {
+                    factor * outermost(&self.wells[well].steps)[0]
+                })
+            })
+            .collect();
         Ok(())
     }
 

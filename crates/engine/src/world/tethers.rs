@@ -215,8 +215,9 @@ impl World {
     }
 
     /// The image of the second body, in boxes, whose centre is nearest to that of the first: the
-    /// one that a tether between them holds. Both motions are at one time.
-    pub fn nearest_image(&self, [a, b]: [&Motion; 2]) -> [i64; 2] {
+    /// one that a tether between them holds. Both places are at one time.
+    #[inline]
+    pub fn nearest_image(&self, [a, b]: [DVec2; 2]) -> [i64; 2] {
         let nearest = |apart: f64| {
             // Both are in the box or near it: `round` is a call where it is no instruction.
             if apart.abs() < 1.5 {
@@ -225,21 +226,23 @@ impl World {
                 apart.round() as i64
             }
         };
-        let apart = (a.position - b.position) / self.bounds.sides();
+        let apart = (a - b) / self.bounds.sides();
         [nearest(apart.x), nearest(apart.y)]
     }
 
-    /// Whether the centres of two bodies, with motions at one time and an image of the second,
-    /// certainly stay between two distances (length) up to a horizon (time): they are farther from
-    /// both than they move. A shortest distance of 0 is no bound.
+    /// Whether the centres of two bodies, with these places and an image of the second, certainly
+    /// stay between two distances (length) up to a horizon (time): they are farther from both than
+    /// they move. A shortest distance of 0 is no bound.
+    #[inline]
     pub(crate) fn stay_between(
         &self,
         [shortest, longest]: [f64; 2],
         [a, b]: [&Motion; 2],
+        places: [DVec2; 2],
         image: [i64; 2],
         horizon: f64,
     ) -> bool {
-        let between = (b.position - a.position) + self.bounds.shift(image);
+        let between = (places[1] - places[0]) + self.bounds.shift(image);
         let squared = between.length_squared();
         let way = (b.velocity - a.velocity).length() * horizon;
         // More than the rounding of all of them.
@@ -251,7 +254,8 @@ impl World {
 
     /// The shift of the second body to its nearest image (length).
     pub(crate) fn nearest_shift(&self, motions: [&Motion; 2]) -> DVec2 {
-        self.bounds.shift(self.nearest_image(motions))
+        self.bounds
+            .shift(self.nearest_image(motions.map(|motion| motion.position)))
     }
 
     /// The first event of a bond from `now` (offset in the epoch) up to `horizon` (time from now),
@@ -264,11 +268,10 @@ impl World {
         horizon: f64,
     ) -> (Outcome<TouchingParts>, [i64; 2]) {
         let Bond { bodies, tether, .. } = &self.tethers.bonds[bond as usize];
-        let here = motions.map(|motion| motion.at(now));
-        let here = [&here[0], &here[1]];
+        let here = motions.map(|motion| motion.position_at(now));
         let image = self.nearest_image(here);
         let ties_centres = tether.points() == [DVec2::ZERO; 2];
-        if ties_centres && self.stay_between(tether.bounds(), here, image, horizon) {
+        if ties_centres && self.stay_between(tether.bounds(), motions, here, image, horizon) {
             return (Outcome::Free, image);
         }
         let relative = self.relative_motion(*bodies, motions, image, now);

@@ -180,10 +180,9 @@ impl World {
         now: f64,
         horizon: f64,
     ) -> (Outcome<TouchingParts>, [i64; 2]) {
-        let here = motions.map(|motion| motion.at(now));
-        let here = [&here[0], &here[1]];
+        let here = motions.map(|motion| motion.position_at(now));
         let image = self.nearest_image(here);
-        if self.stay_between(shell.borders, here, image, horizon) {
+        if self.stay_between(shell.borders, motions, here, image, horizon) {
             return (Outcome::Free, image);
         }
         let Some(tether) = shell.tether() else {
