@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use carom::engine::{
     Body, BodyKey, EditError, ElasticityRule, ElasticitySpec, GravitySpec, MoleculeSpec,
-    PistonSpec, Rotation, Scene, TransparentSpec, View, WallMotionSpec, WallSpec,
+    PistonSpec, Rotation, Scene, TransparentSpec, View, WallMotionSpec, WallSpec, WellSpec,
 };
 use carom_methods::AnySimulation;
 use serde::{Deserialize, Serialize};
@@ -59,6 +59,8 @@ pub enum CaseEdit {
     Untag(usize, String),
     /// Sets the pairs of tags that do not see each other.
     Transparent(Vec<TransparentSpec>),
+    /// Sets the wells.
+    Wells(Vec<WellSpec>),
     /// Sets the drag (1 / time).
     Drag(f64),
     /// Gives a wall a motion. Walls are numbered like bodies.
@@ -120,6 +122,7 @@ impl CaseEdit {
             Self::Tag(index, name) => simulation.tag(key(*index), name).map(|_| ()),
             Self::Untag(index, name) => simulation.untag(key(*index), name),
             Self::Transparent(rules) => simulation.edit(|batch| batch.set_transparent(rules)),
+            Self::Wells(wells) => simulation.edit(|batch| batch.set_wells(wells)),
             Self::Drag(drag) => simulation.edit(|batch| batch.set_drag(*drag)),
             Self::MoveWall(index, motion) => {
                 let key = wall(&simulation.view(), *index);

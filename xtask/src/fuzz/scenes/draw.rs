@@ -72,6 +72,8 @@ pub fn draw(seed: u64) -> SceneCase {
         "rough",
         "pairs",
         "pairs",
+        "wells",
+        "wells",
         "bonds",
         "bonds",
         "drag",
@@ -144,7 +146,7 @@ fn molecule(
         return described(ellipse_body(draw, radius, mass));
     }
     let discs = if class == "long run of few" { 0.8 } else { 0.3 };
-    let kind = if class == "discs" || draw.happens(discs) {
+    let kind = if ["discs", "wells"].contains(&class) || draw.happens(discs) {
         0
     } else {
         draw.integer(0, 8)
@@ -224,8 +226,8 @@ impl Sketch {
         scene.elasticity = elasticity(draw, class, features.rough);
         if features.pairs {
             rules::add_pairs(draw, &mut scene);
-            if draw.happens(0.5) {
-                rules::add_wells(draw, &mut scene);
+            if class == "wells" || draw.happens(0.5) {
+                scene.well = rules::wells(draw);
             }
         }
         scene.gravity.acceleration = features.gravity;
@@ -455,7 +457,7 @@ impl Sketch {
         let count = match class {
             "long run of few" => draw.integer(2, 3),
             "close bodies" => draw.integer(2, 8),
-            "discs" => draw.integer(10, 40),
+            "discs" | "wells" => draw.integer(10, 40),
             _ => draw.integer(2, 40),
         };
         let size = draw.scale(0.15, 0.5) * (self.sides[1] / count as f64).sqrt();
@@ -464,6 +466,7 @@ impl Sketch {
                 "close bodies" => 1.0,
                 "long run of few" => 0.5,
                 "rough" | "pairs" | "ellipses" => 0.15,
+                "wells" => 0.3,
                 _ => 0.0,
             };
             let close = draw.happens(share);
@@ -474,7 +477,7 @@ impl Sketch {
 
     /// A gas of discs or of molecules with sides, in some scenes of some classes.
     fn gases(&mut self, draw: &mut FuzzDraw, class: &str, size: f64) {
-        let may_have_gas = ["discs", "rough", "pairs", "drag", "bonds"].contains(&class);
+        let may_have_gas = ["discs", "rough", "pairs", "wells", "drag", "bonds"].contains(&class);
         if may_have_gas && draw.happens(0.5) {
             let of_discs = |draw: &mut FuzzDraw, radius: f64| GasSpec {
                 radius: Some(radius.into()),
@@ -623,6 +626,9 @@ fn edit(draw: &mut FuzzDraw, sketch: &Sketch) -> CaseEdit {
     if features.pairs && draw.happens(0.2) {
         return CaseEdit::Transparent(rules::transparent(draw));
     }
+    if !sketch.scene.well.is_empty() && draw.happens(0.3) {
+        return CaseEdit::Wells(rules::wells(draw));
+    }
     if features.drag && draw.happens(0.2) {
         let drag = draw.scale(0.01, 5.0);
         return CaseEdit::Drag(if draw.happens(0.3) { 0.0 } else { drag });
@@ -735,6 +741,7 @@ fn scale(draw: &mut FuzzDraw, case: &mut SceneCase) {
                 CaseEdit::Push(_, force) => *force *= mass * (speed / time),
                 CaseEdit::Elasticity(spec) => scale_elasticity(spec, speed, mass),
                 CaseEdit::Drag(drag) => *drag /= time,
+                CaseEdit::Wells(wells) => rules::scale_wells(wells, mass * speed * speed),
                 _ => {}
             }
         }
@@ -746,9 +753,7 @@ fn scale_scene(scene: &mut Scene, length: f64, speed: f64, mass: f64) {
     scene.bounds.drag *= speed / length;
     scale_elasticity(&mut scene.elasticity, speed, mass);
     bonds::scale(&mut scene.bond, length);
-    for step in scene.well.iter_mut().flat_map(|well| &mut well.steps) {
-        step[1] *= mass * speed * speed;
-    }
+    rules::scale_wells(&mut scene.well, mass * speed * speed);
     scene
         .molecule
         .iter_mut()

@@ -36,9 +36,10 @@ pub struct Features {
 impl Features {
     /// The features of a scene of a class; two of them meet in some scenes.
     pub fn draw(draw: &mut FuzzDraw, class: &str) -> Self {
-        let is_new = ["rough", "pairs", "drag", "ellipses"].contains(&class);
+        let is_new = ["rough", "pairs", "wells", "drag", "ellipses"].contains(&class);
         let mut has = |name: &str| class == name || (is_new && draw.happens(0.25));
         let [rough, pairs, drag] = ["rough", "pairs", "drag"].map(&mut has);
+        let pairs = pairs || class == "wells";
         // A drag excludes the motions of walls and gravity; in a long run walls meet.
         let is_driven = !drag && class != "long run of few";
         let has_ellipses = class.starts_with("ellipses");
@@ -217,8 +218,9 @@ pub fn add_pairs(draw: &mut FuzzDraw, scene: &mut Scene) {
     }
 }
 
-/// Adds random wells of discs to a scene.
-pub fn add_wells(draw: &mut FuzzDraw, scene: &mut Scene) {
+/// Random wells of discs.
+pub fn wells(draw: &mut FuzzDraw) -> Vec<WellSpec> {
+    let mut wells = Vec::new();
     for tags in [&["d", "e"][..], &["d"]] {
         if draw.happens(0.6) {
             let mut range = 1.0;
@@ -232,11 +234,19 @@ pub fn add_wells(draw: &mut FuzzDraw, scene: &mut Scene) {
                 [range, energy]
             });
             let steps = steps.collect();
-            scene.well.push(WellSpec {
+            wells.push(WellSpec {
                 between: tags.iter().map(|&tag| tag.to_owned()).collect(),
                 steps,
             });
         }
+    }
+    wells
+}
+
+/// Multiplies the energies of wells by a power of two.
+pub fn scale_wells(wells: &mut [WellSpec], energy: f64) {
+    for step in wells.iter_mut().flat_map(|well| &mut well.steps) {
+        step[1] *= energy;
     }
 }
 

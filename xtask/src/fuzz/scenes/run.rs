@@ -301,6 +301,7 @@ fn apply(
         match edit {
             CaseEdit::Elasticity(spec) => rules.elasticity.clone_from(spec),
             CaseEdit::Transparent(pairs) => rules.transparent.clone_from(pairs),
+            CaseEdit::Wells(wells) => rules.well.clone_from(wells),
             CaseEdit::Drag(drag) => rules.drag = *drag,
             CaseEdit::Gravity(gravity) => rules.gravity = *gravity,
             CaseEdit::MoveWall(..) => rules.moves_walls = true,

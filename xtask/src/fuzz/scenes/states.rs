@@ -91,6 +91,7 @@ impl Watcher {
                 );
             }
         }
+        self.compare_shells(view);
         self.compare_sums(view);
     }
 

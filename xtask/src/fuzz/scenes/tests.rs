@@ -334,7 +334,7 @@ fn wrong_steps_of_wells_are_found() {
             &Scenes {
                 parts: Altered(altered),
             },
-            "pairs",
+            "wells",
         )
         .expect("the fault is found");
         assert!(["well", "ledger"].contains(&&kind[..]), "{kind}");

@@ -1,6 +1,8 @@
 //! The steps of discs in their wells, against an independent record of the shell of each pair.
 
-use carom::engine::{BodyKey, CollisionReport};
+use std::collections::BTreeMap;
+
+use carom::engine::{BodyKey, CollisionReport, PairInWell, View};
 use carom_kinematics::EpochTime;
 
 use super::{
@@ -40,6 +42,50 @@ impl Watcher {
                     self.shells.insert([*a, *b], shell);
                 }
             }
+        }
+    }
+
+    /// Compares the pairs within their wells, and their energies, with those on record.
+    pub(super) fn compare_shells(&mut self, view: &View<'_>) {
+        let listed: BTreeMap<[BodyKey; 2], PairInWell> = view
+            .pairs_in_wells()
+            .map(|pair| (pair.bodies, pair))
+            .collect();
+        for (pair, known) in &self.shells {
+            let KnownShell::Within(step) = *known else {
+                continue;
+            };
+            let tags = pair.map(|key| self.bodies.get(&key).map(|body| &body.tags));
+            let [Some(a), Some(b)] = tags else {
+                continue;
+            };
+            let steps = self.rules.steps(a, b).unwrap_or_default();
+            let expected = steps.get(step).map(|[_, energy]| (step, *energy));
+            let found = listed.get(pair).map(|pair| (pair.step, pair.energy));
+            if found != expected {
+                self.report.fail(
+                    "well",
+                    format!("a pair is in the step {found:?} of its well, not in {expected:?}"),
+                );
+            }
+        }
+        if let Some(pair) = listed.keys().find(|pair| !self.shells.contains_key(*pair)) {
+            self.report.fail(
+                "well",
+                format!("{pair:?} are listed in their well, but outside"),
+            );
+        }
+        let own: f64 = listed.values().map(|pair| pair.energy).sum();
+        let sizes: f64 = listed.values().map(|pair| pair.energy.abs()).sum();
+        let allowed = f64::EPSILON * listed.len() as f64 * sizes;
+        if exceeds((view.energy_of_wells() - own).abs(), allowed) {
+            self.report.fail(
+                "well",
+                format!(
+                    "the energy of wells is {:e}, that of the pairs {own:e}",
+                    view.energy_of_wells()
+                ),
+            );
         }
     }
 
