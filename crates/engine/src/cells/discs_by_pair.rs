@@ -58,12 +58,11 @@ impl<F: CellFrame> CellState<F> {
                     continue;
                 }
                 let other = self.bodies.among_all(other);
-                let factor = match factors {
-                    &[factor] => factor,
-                    _ => {
-                        let class = world.bodies[other as usize].kind.tag_class;
-                        factors.get(class as usize).copied().unwrap_or(1.0)
-                    }
+                let factor = if let &[only] = factors {
+                    only
+                } else {
+                    let class = world.bodies[other as usize].kind.tag_class;
+                    factors.get(class as usize).copied().unwrap_or(1.0)
                 };
                 let is_in_well =
                     bits & bit(other) != 0 && in_wells.iter().any(|entry| entry.partner == other);
