@@ -37,6 +37,12 @@ pub enum Capability {
     SizeMixture,
     /// Pairs of bodies that do not see each other.
     TransparentPairs,
+    /// Discs that are tied to each other.
+    Bonds,
+    /// Wells of discs.
+    Wells,
+    /// Reactions of discs that collide.
+    Reactions,
 }
 
 /// Degree of use of a capability.
@@ -62,7 +68,7 @@ pub enum Variant {
 
 impl Capability {
     /// All capabilities.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 16] = [
         Self::Turning,
         Self::Sides,
         Self::Locked,
@@ -76,6 +82,9 @@ impl Capability {
         Self::Thermostat,
         Self::SizeMixture,
         Self::TransparentPairs,
+        Self::Bonds,
+        Self::Wells,
+        Self::Reactions,
     ];
 
     /// Name of the capability.
@@ -94,6 +103,9 @@ impl Capability {
             Self::Thermostat => "thermostat",
             Self::SizeMixture => "size mixture",
             Self::TransparentPairs => "transparent pairs",
+            Self::Bonds => "bonds",
+            Self::Wells => "wells",
+            Self::Reactions => "reactions",
         }
     }
 
@@ -147,6 +159,16 @@ impl Capability {
             }
             (Self::TransparentPairs, CapabilityLevel::Used) => {
                 "discs of two tags, which do not see each other"
+            }
+            (Self::Bonds, CapabilityLevel::Idle) => "two discs tied to each other",
+            (Self::Bonds, CapabilityLevel::Used) => "all discs in chains of 16",
+            (Self::Wells, CapabilityLevel::Idle) => "one disc with a well of 1.5 diameters",
+            (Self::Wells, CapabilityLevel::Used) => "all discs with wells of 1.5 diameters",
+            (Self::Reactions, CapabilityLevel::Idle) => {
+                "discs of two tags with a reaction that no contact has the energy for"
+            }
+            (Self::Reactions, CapabilityLevel::Used) => {
+                "discs of two tags, which they exchange at contacts"
             }
         }
     }
@@ -212,6 +234,17 @@ impl Capability {
             Self::TransparentPairs => &[
                 "engine/src/cells/discs_by_pair.rs",
                 "engine/src/world/pair_table.rs",
+            ],
+            Self::Bonds => &[
+                "detection/src/tether.rs",
+                "engine/src/start/bonds.rs",
+                "engine/src/start/chains.rs",
+                "engine/src/world/tethers.rs",
+            ],
+            Self::Wells => &["engine/src/start/wells.rs", "engine/src/world/wells.rs"],
+            Self::Reactions => &[
+                "engine/src/contact/reaction_table.rs",
+                "engine/src/world/reaction_record.rs",
             ],
             Self::Locked | Self::Bumpers => &[],
         }

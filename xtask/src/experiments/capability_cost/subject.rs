@@ -6,8 +6,8 @@ use anyhow::{Context, Result};
 use carom::{
     Observer as _, Scene, Subscriptions,
     engine::{
-        AtomSpec, BumperSpec, DiameterSpec, ElasticityRule, ElasticitySpec, GasSpec, MoleculeSpec,
-        Rotation, Tag, TransparentSpec, WallSpec,
+        AtomSpec, BumperSpec, ChainSpec, DiameterSpec, ElasticityRule, ElasticitySpec, GasSpec,
+        MoleculeSpec, ReactionSpec, Rotation, Tag, TetherSpec, TransparentSpec, WallSpec, WellSpec,
     },
     observers::{TagFilter, write_extended_xyz},
 };
@@ -255,6 +255,10 @@ pub fn scene(variant: Variant) -> Scene {
     scene.bounds.seed = 1;
     let used = level == CapabilityLevel::Used;
     let others = if used { OTHERS } else { 1 };
+    let tagged = |tag: &str, count: usize| GasSpec {
+        tags: ["gas", tag].map(str::to_owned).to_vec(),
+        ..discs(count, radius, 1.0)
+    };
     let dumbbells = |count: usize, rotation: Rotation| GasSpec {
         shape: Some("dumbbell".to_owned()),
         // The area of a disc.
@@ -370,11 +374,7 @@ pub fn scene(variant: Variant) -> Scene {
             scene.gas[0].count = Some(DISCS - 9);
         }
         Capability::TransparentPairs if used => {
-            let half = |tag: &str| GasSpec {
-                tags: vec![tag.to_owned()],
-                ..discs(DISCS / 2, radius, 1.0)
-            };
-            scene.gas = vec![half("one"), half("other")];
+            scene.gas = ["one", "other"].map(|tag| tagged(tag, DISCS / 2)).to_vec();
             scene.transparent = vec![TransparentSpec {
                 between: ["one", "other"].map(str::to_owned).to_vec(),
             }];
@@ -383,6 +383,43 @@ pub fn scene(variant: Variant) -> Scene {
             scene.diameter = vec![DiameterSpec {
                 between: vec!["gas".to_owned()],
                 factor: 1.0,
+            }];
+        }
+        Capability::Bonds => {
+            let chains = |members: usize, count: usize| GasSpec {
+                chain: Some(ChainSpec {
+                    members,
+                    ring: false,
+                    arms: 0,
+                    tether: TetherSpec {
+                        max: 2.6 * radius,
+                        ..TetherSpec::default()
+                    },
+                }),
+                ..discs(count, radius, 1.0)
+            };
+            scene.gas = if used {
+                vec![chains(16, DISCS)]
+            } else {
+                vec![chains(2, 2), discs(DISCS - 2, radius, 1.0)]
+            };
+        }
+        Capability::Wells => {
+            let wells = if used { DISCS / 2 } else { 1 };
+            scene.gas = vec![tagged("one", wells), tagged("other", DISCS - wells)];
+            let between: &[&str] = if used { &["gas"] } else { &["one", "other"] };
+            scene.well = vec![WellSpec {
+                between: between.iter().map(|&tag| tag.to_owned()).collect(),
+                steps: vec![[1.5, -1.0]],
+            }];
+        }
+        Capability::Reactions => {
+            scene.gas = ["one", "other"].map(|tag| tagged(tag, DISCS / 2)).to_vec();
+            scene.reaction = vec![ReactionSpec {
+                between: ["one", "other"].map(str::to_owned).to_vec(),
+                becomes: ["other", "one"].map(str::to_owned).to_vec(),
+                least_energy: if used { 0.0 } else { 1e30 },
+                ..ReactionSpec::default()
             }];
         }
         Capability::Subscriptions | Capability::Snapshots | Capability::Thermostat => {}
