@@ -145,6 +145,44 @@ fn energy_and_momentum_are_conserved() {
     }
 }
 
+/// A pair is always at the same distance when it reaches a step: roundings that depend on the
+/// distance alone would add up.
+#[test]
+fn energy_does_not_drift_in_narrow_wells() {
+    let disc = |mass: f64, place: &str, velocity: &str| {
+        format!(
+            "[[molecule]]\ntags = [\"a\"]\natoms = [{{ at = [0, 0], radius = 0.05, mass = {mass} }}]\n\
+             at = {place}\nvelocity = {velocity}\n"
+        )
+    };
+    // The pair bounces off the step of a deep well; it passes the inner of two steps.
+    for steps in ["[[1.001, -8.0]]", "[[1.001, -3.0], [1.002, -2.9]]"] {
+        for (masses, velocities) in [
+            ([1.0, 1.0], ["[0.9, 0.4]", "[-0.3, -0.2]"]),
+            ([1.0, 3.0], ["[0.9, 0.0]", "[-0.3, 0.0]"]),
+        ] {
+            let text = format!(
+                "[[well]]\nbetween = [\"a\"]\nsteps = {steps}\n{}{}",
+                disc(masses[0], "[0.45, 0.5]", velocities[0]),
+                disc(masses[1], "[0.55005, 0.5]", velocities[1])
+            );
+            let mut simulation = new(&Scene::from_toml(&text).unwrap());
+            let before = total_energy(&simulation.view());
+            simulation.run_until(60.0).unwrap();
+            let view = simulation.view();
+            let events = view.counters().collisions as f64;
+            assert!(events > 2e5, "{steps}: {events}");
+            assert_eq!(view.pairs_in_wells().count(), 1);
+            let drift = total_energy(&view) - before;
+            let allowed = 4.0 * f64::EPSILON * events.sqrt() * view.energy();
+            assert!(
+                drift.abs() < allowed,
+                "{steps}, {velocities:?}: {drift:e}, {allowed:e}"
+            );
+        }
+    }
+}
+
 fn stepwise<S: Scheduler + Clone>(
     options: S::Options,
     scene: &Scene,

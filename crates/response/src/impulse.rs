@@ -42,7 +42,7 @@ fn scaled(d: DVec2, g: DVec2) -> DVec2 {
 /// velocity g spread the length over a factor of 2; those of |g_x| + |g_y| do so symmetrically in
 /// the two axes.
 #[inline]
-fn spread(d: DVec2, g: DVec2) -> DVec2 {
+pub(crate) fn spread(d: DVec2, g: DVec2) -> DVec2 {
     f64::from_bits(digits(g.x.abs() + g.y.abs()) | 1.0f64.to_bits()) * d
 }
 

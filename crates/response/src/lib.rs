@@ -33,11 +33,13 @@ mod impulse;
 mod joint_impulses;
 mod reflection;
 mod rough;
+mod step;
 mod thermal_wall;
 
 pub use contact_frame::{ContactFrame, approach_speed};
 pub use elasticity::{Elasticity, ElasticityError, MAX_COEFFICIENT};
 pub use impulse::{Impact, apply_impulse, reduced_mass};
+pub use step::impulse_at_step;
 pub use thermal_wall::{ThermalDraw, thermal_motion};
 
 use carom_kinematics::{Inertia, Motion};

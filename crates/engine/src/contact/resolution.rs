@@ -12,7 +12,8 @@
 use carom_detection::TetherBound;
 use carom_kinematics::{Inertia, Motion, kinetic_energy};
 use carom_response::{
-    ContactFrame, Elasticity, Response, apply_impulse, approach_speed, reduced_mass,
+    ContactFrame, Elasticity, Impact, Response, apply_impulse, approach_speed, impulse_at_step,
+    reduced_mass,
 };
 use glam::DVec2;
 
@@ -275,23 +276,17 @@ impl<R: Response> Rules<'_, R> {
             },
             arms: [DVec2::ZERO; 2],
         };
-        let mass = reduced_mass(&frame, inertias);
-        let approach = approach_speed(&frame, [&before[0], &before[1]]).max(0.0);
         // Velocities are those of the clock of the drag; the energies of steps are true ones.
         let slowing = self.world.clock.slowing(contact.time);
-        let gained = 2.0 * ahead.gain / (mass * (slowing * slowing));
-        let squared = approach * approach + gained;
-        let passes = squared > 0.0;
-        // The speed by which the pair is slowed down, without cancellation where it passes.
-        let (slowed, lost) = if passes {
-            (-gained / (approach + squared.sqrt()), None)
-        } else {
-            let least = least_speed_at_step(self.world, contact, bound, before);
-            let leaving = approach.max(least);
-            let lost = 0.5 * mass * (approach * approach - leaving * leaving);
-            (approach + leaving, Some(lost))
-        };
-        let impulse = mass * slowed * frame.normal();
+        let gain = ahead.gain / (slowing * slowing);
+        let velocities = [before[0].velocity, before[1].velocity];
+        let inverse_masses = inertias.map(|inertia| inertia.inverse_mass);
+        let line = frame.line_of_centres;
+        let over = impulse_at_step(line, velocities, inverse_masses, gain);
+        let (impulse, lost) = over.map_or_else(
+            || self.bounce_off_step(encounter, &frame, bound),
+            |impulse| (impulse, None),
+        );
         let after = pushed(&frame, before, inertias, impulse);
         let resolved = Resolved {
             frame,
@@ -307,7 +302,35 @@ impl<R: Response> Rules<'_, R> {
             points: 1,
             is_rough: false,
         };
-        (resolved, passes)
+        (resolved, over.is_some())
+    }
+
+    /// The impulse on the second of two discs that bounce back from a step of their well, and the
+    /// energy that they lose there (mass × length² / time²): none, unless they must leave faster
+    /// than they have come to be seen to leave.
+    fn bounce_off_step(
+        &self,
+        ContactPair {
+            contact, before, ..
+        }: &ContactPair,
+        frame: &ContactFrame,
+        bound: TetherBound,
+    ) -> (DVec2, Option<f64>) {
+        let bodies = contact.bodies.map(|body| &self.world.bodies[body as usize]);
+        let inertias = bodies.map(|body| &body.kind.inertia);
+        let approach = approach_speed(frame, [&before[0], &before[1]]).max(0.0);
+        let least = least_speed_at_step(self.world, contact, bound, before);
+        if approach >= least {
+            let velocities = [before[0].velocity, before[1].velocity];
+            let inverse_masses = inertias.map(|inertia| inertia.inverse_mass);
+            let line = frame.line_of_centres;
+            let impulse =
+                Impact.impulse_of_discs(line, velocities, inverse_masses, Elasticity::ELASTIC);
+            return (impulse, Some(0.0));
+        }
+        let mass = reduced_mass(frame, inertias);
+        let lost = 0.5 * mass * (approach * approach - least * least);
+        (mass * (approach + least) * frame.normal(), Some(lost))
     }
 
     /// The elasticity of a contact by the rules, and its frame with arms to the point of contact if
