@@ -663,6 +663,43 @@ fn velocities_that_cannot_be_set_are_refused_by_name() {
     }
 }
 
+/// Contents that the new scene leaves out are those of the other run; its rules are its own.
+#[test]
+fn a_run_from_another_takes_bonds_and_leaves_wells() {
+    let first = "[box]\nseed = 2\n\
+                 [[container]]\ncircle = { at = [0.5, 0.5], radius = 0.45 }\n\
+                 [[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 40\n\
+                 chain = { members = 4, tether = { max = 0.06 } }\n\
+                 [[well]]\nbetween = [\"gas\"]\nsteps = [[1.5, -1.0]]\n\
+                 [[stage]]\nuntil = 0.5\n\
+                 [[stage]]\nuntil = 1.0\nwell = [{ between = [\"gas\"], steps = [[1.2, 2.0]] }]\n\
+                 [run]\nuntil = 1.0\nsample_interval = 0.5\n";
+    let root = run(first, &[]);
+    let well = "[[well]]\nbetween = [\"gas\"]\nsteps = [[1.3, -0.25]]\n";
+    let end = "[run]\nuntil = 0.5\nsample_interval = 0.5\nobserve = [\"wells\"]\n";
+    for (name, wells) in [("with", well), ("without", "")] {
+        fs::write(root.path().join("second.toml"), format!("{wells}{end}")).unwrap();
+        let words = ["run", "second.toml", "--from", "out", "--out", name];
+        let output = carom(root.path(), &words);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        let read = |file: &str| fs::read_to_string(root.path().join(name).join(file)).unwrap();
+        // All energies are multiples of the depth of the new well.
+        let series = read("wells.csv");
+        for line in series.lines().skip(1) {
+            let energy: f64 = line.split(',').nth(1).unwrap().parse().unwrap();
+            let fits = energy <= 0.0 && (4.0 * energy).fract() == 0.0;
+            assert!(
+                fits && (energy == 0.0) == wells.is_empty(),
+                "{name}: {series}"
+            );
+        }
+        let config = read("config.toml");
+        let has = |words: &str| config.contains(words);
+        assert!(has("chain") && has("container"), "{config}");
+        assert_eq!(has("steps = "), !wells.is_empty(), "{config}");
+    }
+}
+
 #[test]
 fn a_run_starts_from_the_end_of_another_and_resumes_without_it() {
     let gas = "[box]\nseed = 2\n[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100\n";

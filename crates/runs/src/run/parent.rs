@@ -15,13 +15,24 @@ use crate::{
     checkpoint_file::{self, CheckpointBody, FileError},
     output::Folder,
     resumable,
+    schedule::stage_edits,
 };
 
 /// File of the start state in the folder of the new run.
 const START_STATE: &str = "start-state";
 
-/// The tables of a scene that describe the contents of the box.
-const CONTENTS: [&str; 5] = ["molecule", "bumper", "wall", "gas", "start"];
+/// The tables of a scene that describe the contents of the box, beside its sides.
+const CONTENTS: [&str; 9] = [
+    "molecule",
+    "bumper",
+    "wall",
+    "piston",
+    "container",
+    "gas",
+    "bond",
+    "diameter",
+    "start",
+];
 
 /// A state of another run, with what identifies it.
 #[derive(Debug, Serialize, Deserialize)]
@@ -195,7 +206,7 @@ impl Parent {
             ("container", own.container == scene.container),
             ("gas", own.gas == scene.gas),
             ("bond", own.bond == scene.bond),
-            ("well", own.well == scene.well),
+            ("diameter", own.diameter == scene.diameter),
             ("start", own.start == scene.start),
         ];
         match same.iter().find(|(_, is_same)| !is_same) {
@@ -210,7 +221,7 @@ impl Parent {
     /// The simulation at the start, with the rules of the new scene.
     ///
     /// # Errors
-    /// The state does not fit the method, or the rules of elasticity are invalid.
+    /// The state does not fit the method, or the rule that it refuses.
     pub fn start(&self, scene: &Scene, method: &Method) -> Result<AnySimulation> {
         let mut simulation = AnySimulation::resume(
             &self
@@ -219,9 +230,7 @@ impl Parent {
                 .as_start(scene.bounds.seed, scene.bounds.replica)?,
             method,
         )?;
-        simulation
-            .set_elasticity(&scene.elasticity)
-            .context("elasticity")?;
+        stage_edits::replace_rules(&mut simulation, scene)?;
         Ok(simulation)
     }
 

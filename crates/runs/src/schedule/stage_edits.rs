@@ -88,6 +88,33 @@ fn start_with(
     Ok(spec.set_energy.len() as u64)
 }
 
+/// Puts the rules of a scene in the place of those of a state, all or none.
+///
+/// # Errors
+/// The rule that is refused, with its entry.
+pub fn replace_rules(simulation: &mut AnySimulation, scene: &Scene) -> Result<()> {
+    let spec = StageSpec {
+        elasticity: Some(scene.elasticity.clone()),
+        drag: Some(scene.bounds.drag),
+        gravity: Some(scene.gravity.acceleration),
+        shear_rate: Some(scene.bounds.shear_rate),
+        transparent: Some(scene.transparent.clone()),
+        well: Some(scene.well.clone()),
+        reaction: Some(scene.reaction.clone()),
+        ..StageSpec::default()
+    };
+    let mut entry = String::new();
+    let replaced = simulation.edit(|batch| {
+        let mut edits = Edits {
+            batch,
+            scene,
+            entry: &mut entry,
+        };
+        edits.rules(&spec)
+    });
+    replaced.with_context(|| entry)
+}
+
 /// Makes the edits of the first stage, before the run, and rehearses those of the others. `action`
 /// is the number of draws before; returns the number of draws made.
 ///
