@@ -48,7 +48,10 @@ impl Answers {
     ) -> Self {
         let run = &scene.run;
         let collisions = estimate.collisions.filter(|number| *number >= 1.0);
-        let per_body = collisions.map(|number| 2.0 * number / contents.moving.max(1) as f64);
+        let of_moving = estimate
+            .collisions_of_moving
+            .filter(|_| collisions.is_some());
+        let per_body = of_moving.map(|number| number / contents.moving.max(1) as f64);
         let free_time = per_body.map(|number| run.until / number);
         let interval = free_time.map(|time| run.sample_interval / time);
         let from = stages::window(scene).0;

@@ -61,6 +61,8 @@ pub(super) struct TrialEstimate {
     pub(super) is_whole_run: bool,
     /// Contacts of the run at the rate of the trial; `None` if no time has passed in it.
     pub(super) collisions: Option<f64>,
+    /// The same, counted for each body that moves: twice, but once with a fixed body.
+    pub(super) collisions_of_moving: Option<f64>,
     /// Processor time of the run, of which for samples and snapshots (seconds).
     pub(super) seconds: Option<f64>,
     pub(super) sample_seconds: f64,
@@ -185,6 +187,8 @@ impl Trial {
         contents: &CheckedContents,
     ) -> Result<TrialEstimate> {
         let collisions = self.collisions(simulation);
+        let counters = simulation.view().counters();
+        let with_fixed = counters.fixed_collisions as f64 / counters.collisions.max(1) as f64;
         let actions = Actions::new(simulation, scene)?;
         let of_measures = encode(measures)?.len();
         let memory = (simulation.heap_bytes() + of_measures) as u64;
@@ -211,6 +215,7 @@ impl Trial {
             trial_time: self.simulated,
             is_whole_run: self.is_whole,
             collisions,
+            collisions_of_moving: collisions.map(|number| number * (2.0 - with_fixed)),
             seconds: contacts_seconds.map(|seconds| self.first + seconds + more),
             sample_seconds,
             collisions_per_second: self.contacts as f64 / self.seconds.max(1e-9),
