@@ -7,7 +7,10 @@ use carom_response::Elasticity;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{is_default, is_one, one};
+use crate::scene::{
+    is_default, is_one, one,
+    two_numbers::{pairs_of_bodies, two_vectors},
+};
 
 /// Bonds of one kind between bodies of the scene.
 ///
@@ -54,6 +57,7 @@ pub struct BondSpec {
     /// Pairs of bodies, each tied by one bond, as numbers from 0: first the `[[molecule]]`s, then
     /// the bumpers and walls, then the molecules of the gases, as in snapshots. Bodies that are
     /// added later continue the count.
+    #[serde(deserialize_with = "pairs_of_bodies")]
     pub pairs: Vec<[u64; 2]>,
     /// What ties them. The first point of `points` is on the first body of each pair.
     pub tether: TetherSpec,
@@ -74,7 +78,11 @@ pub struct TetherSpec {
     pub min: f64,
     /// The two points, each from the centre of mass of its body and in the frame in which the
     /// atoms of the body are listed (length). Default: the centres of mass.
-    #[serde(default, skip_serializing_if = "is_default")]
+    #[serde(
+        default,
+        skip_serializing_if = "is_default",
+        deserialize_with = "two_vectors"
+    )]
     pub points: [[f64; 2]; 2],
     /// Share of the speed with which the points part or meet that they keep, from 0 to 1. Below 1,
     /// `elasticity.contact_time` must be above 0. Default: 1.

@@ -6,7 +6,7 @@ use carom_geometry::{MAX_MAGNITUDE, MIN_MAGNITUDE, PeriodicBox};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{ArcSpec, Scene, WallSpec};
+use crate::scene::{ArcSpec, Scene, WallSpec, two_numbers::vector};
 
 /// A cavity: walls that enclose a part of the box. Give one of `circle`, `stadium` and `mushroom`.
 ///
@@ -65,6 +65,7 @@ pub struct ContainerSpec {
 #[serde(deny_unknown_fields)]
 pub struct CircleSpec {
     /// Centre (length).
+    #[serde(deserialize_with = "vector")]
     pub at: [f64; 2],
     /// Radius (length).
     #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
@@ -77,6 +78,7 @@ pub struct CircleSpec {
 #[serde(deny_unknown_fields)]
 pub struct StadiumSpec {
     /// Centre (length).
+    #[serde(deserialize_with = "vector")]
     pub at: [f64; 2],
     /// Radius of the half circles (length).
     #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
@@ -92,11 +94,13 @@ pub struct StadiumSpec {
 #[serde(deny_unknown_fields)]
 pub struct MushroomSpec {
     /// Centre of the half circle (length).
+    #[serde(deserialize_with = "vector")]
     pub at: [f64; 2],
     /// Radius of the half circle (length).
     #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]
     pub radius: f64,
     /// Width and height of the stem (length); its width is below the diameter of the half circle.
+    #[serde(deserialize_with = "vector")]
     pub stem: [f64; 2],
 }
 

@@ -368,6 +368,7 @@ pub struct WallSpec {
 #[serde(deny_unknown_fields)]
 pub struct ArcSpec {
     /// Centre of the circle (length).
+    #[serde(deserialize_with = "vector")]
     pub at: [f64; 2],
     /// Radius of the circle (length).
     #[cfg_attr(feature = "schema", schemars(range(min = MIN_MAGNITUDE, max = MAX_MAGNITUDE)))]

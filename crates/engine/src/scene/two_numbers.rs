@@ -11,6 +11,9 @@ use serde::{
     de::{DeserializeSeed, Error, SeqAccess, Visitor},
 };
 
+/// Largest number up to which every whole number is one of 64 bits: 2⁵³.
+const MAX_WHOLE: f64 = 9_007_199_254_740_992.0;
+
 /// Most numbers of a list that a message repeats.
 const MAX_REPEATED: usize = 8;
 
@@ -82,17 +85,53 @@ pub(crate) fn vectors<'de, D: Deserializer<'de>>(
 
 /// Reads a list of pairs of atoms `[[first, second], …]`.
 pub(crate) fn pairs<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<[u32; 2]>, D::Error> {
-    let index = |number: f64| {
-        let is_index = number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number);
-        is_index.then_some(number as u32).ok_or_else(|| {
-            D::Error::custom(format!(
-                "an edge names atoms by index, from 0, not {number:?}"
-            ))
-        })
+    let most = f64::from(u32::MAX);
+    let lists = whole_pairs(deserializer, most, "an edge names atoms by index, from 0")?;
+    Ok(lists
+        .into_iter()
+        .map(|pair| pair.map(|index| index as u32))
+        .collect())
+}
+
+/// Reads a list of pairs of bodies `[[first, second], …]`.
+pub(crate) fn pairs_of_bodies<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Vec<[u64; 2]>, D::Error> {
+    whole_pairs(
+        deserializer,
+        MAX_WHOLE,
+        "a bond names bodies by number, from 0",
+    )
+}
+
+/// Reads a list of pairs of whole numbers up to `most`; `rule` says what they are.
+fn whole_pairs<'de, D: Deserializer<'de>>(
+    deserializer: D,
+    most: f64,
+    rule: &str,
+) -> Result<Vec<[u64; 2]>, D::Error> {
+    let whole = |number: f64| {
+        let is_whole = number.fract() == 0.0 && (0.0..=most).contains(&number);
+        is_whole
+            .then_some(number as u64)
+            .ok_or_else(|| D::Error::custom(format!("{rule}, not {number:?}")))
     };
-    let pair = |[first, second]: [f64; 2]| Ok([index(first)?, index(second)?]);
+    let pair = |[first, second]: [f64; 2]| Ok([whole(first)?, whole(second)?]);
     let lists = deserializer.deserialize_seq(List("[first, second]"))?;
     lists.into_iter().map(pair).collect()
+}
+
+/// Reads two places `[[x, y], [x, y]]`.
+pub(crate) fn two_vectors<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<[[f64; 2]; 2], D::Error> {
+    let all = vectors(deserializer)?;
+    let count = all.len();
+    all.try_into().map_err(|_| {
+        D::Error::custom(format!(
+            "there must be two places [x, y], but there are {count}"
+        ))
+    })
 }
 
 /// A list of lists of exactly two numbers, with their form for messages.
