@@ -84,6 +84,15 @@ pub(crate) fn place(
                            `chain.tether.max`: give a longer tether, or make them transparent to each other";
             return Err(SceneError::of_entry(&gas.entry, problem));
         }
+        let most = gas.most_arms(chain, world);
+        if chain.arms > most {
+            let problem = format!(
+                "a star of {} `chain.arms` does not fit: at most {most} discs have room around one within \
+                 `chain.tether.max`; give fewer arms or a longer tether",
+                chain.arms
+            );
+            return Err(SceneError::of_entry(&gas.entry, problem));
+        }
         for start in (0..gas.count).step_by(chain.members) {
             let motions = room.place_chain(gas, chain, start, random)?;
             places.extend(motions.iter().map(|motion| Place {
@@ -342,6 +351,18 @@ impl Species {
         let shortest = contact_length(points, molecules, factor).max(tether.min);
         let margin = MARGIN * (tether.max - shortest);
         [shortest + margin, tether.max - margin]
+    }
+
+    /// The largest number of arms of a star: where the members are equal discs tied at their
+    /// centres, as many of them as touch each other at the longest distance from the first.
+    fn most_arms(&self, chain: &ChainSpec, world: &World) -> usize {
+        let disc = self.molecule(0);
+        if !self.is_equal() || !disc.is_disc() || chain.tether.points != [[0.0; 2]; 2] {
+            return usize::MAX;
+        }
+        let factor = world.pairs.factor_of_tags(&self.pair_tags, &self.pair_tags);
+        let half_angle = libm::asin(factor * disc.bounding_radius() / chain.tether.max);
+        (PI / half_angle) as usize
     }
 
     /// The distance of neighbours in a ring of equal sides; `None` if there is none that all

@@ -42,8 +42,7 @@ pub(crate) fn refuse_wells(
                 let problem = if outer > widest {
                     format!(
                         "reaches {outer:?} (length) between {a} and {b}, so that two images are equally near: it \
-                         must be less than half the shorter side, {:?}",
-                        0.5 * sides.min_element()
+                         must be at most {widest:?}, just below half the shorter side"
                     )
                 } else {
                     format!(

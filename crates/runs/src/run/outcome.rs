@@ -64,7 +64,7 @@ pub struct RunOutcome {
     at_once: [u64; 2],
     /// Events of bonds, if there are any bonds.
     of_bonds: Option<u64>,
-    /// Steps of wells, if discs have wells.
+    /// Steps of wells, if discs have wells or have had them.
     of_wells: Option<u64>,
     /// The time from which on the run was measured, if the run has found it.
     measured_from: Option<f64>,
@@ -275,8 +275,10 @@ pub(super) fn outcome_of(
             view.counters().joint_collisions,
             view.counters().simultaneous_collisions,
         ],
-        of_bonds: (view.bonds().len() > 0).then(|| view.counters().bond_collisions),
-        of_wells: view.has_wells().then(|| view.counters().step_collisions),
+        of_bonds: Some(view.counters().bond_collisions)
+            .filter(|&count| count > 0 || view.bonds().len() > 0),
+        of_wells: Some(view.counters().step_collisions)
+            .filter(|&count| count > 0 || view.has_wells()),
         measured_from: measures
             .measured_from()
             .filter(|_| scene.run.measure_from == MeasureFrom::Auto),
