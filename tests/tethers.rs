@@ -318,6 +318,17 @@ fn a_long_chain_is_placed() {
     assert_eq!(simulation.view().bonds().count(), 999);
 }
 
+/// At distances of 1 to 2.5 contacts from the first more discs have room than touch at 2.5: 15.
+#[test]
+fn a_star_of_more_arms_than_fit_on_a_circle_is_placed() {
+    let text = "[box]\nsides = [20.0, 20.0]\nseed = 4\n\
+        [[gas]]\nradius = 0.5\nmass = 1.0\ntemperature = 1.0\ncount = 18\n\
+        chain = { members = 18, arms = 17, tether = { max = 2.5 } }";
+    let simulation = Simulation::new(&Scene::from_toml(text).unwrap()).unwrap();
+    assert_eq!(simulation.view().overlaps().pairs, 0);
+    assert_eq!(simulation.view().bonds().count(), 17);
+}
+
 proptest! {
     #![proptest_config(cases(12))]
 

@@ -129,6 +129,28 @@ fn more_bodies_than_the_memory_holds_are_refused_before_they_are_placed() {
     );
 }
 
+/// A disc that meets nothing but a bumper: its contacts are all that there are.
+#[test]
+fn a_contact_with_a_fixed_body_counts_for_the_one_that_moves() {
+    let scene = "[box]\nsides = [5.0, 4.0]\n\
+                 [[bumper]]\nradius = 0.6\nat = [1.0, 2.0]\n\
+                 [[gas]]\nradius = 0.4\nmass = 2.0\ntemperature = 1.0\ncount = 1\n\
+                 [run]\nuntil = 6000.0\n";
+    let root = tempfile::tempdir().unwrap();
+    fs::write(root.path().join("sinai.toml"), scene).unwrap();
+    let check = carom(root.path(), &["check", "sinai.toml"]);
+    let answer = text(&check.stdout);
+    let line = answer.lines().find(|line| line.contains(" of each body"));
+    let numbers: Vec<&str> = line
+        .unwrap()
+        .split(": ")
+        .nth(1)
+        .unwrap()
+        .split(' ')
+        .collect();
+    assert_eq!(numbers[0], numbers[2], "{answer}");
+}
+
 #[test]
 fn a_method_that_is_not_exact_is_named_everywhere_and_is_part_of_the_run() {
     let root = tempfile::tempdir().unwrap();

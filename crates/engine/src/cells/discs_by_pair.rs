@@ -40,6 +40,7 @@ impl<F: CellFrame> CellState<F> {
         let list = self.neighbour_lists.list(query.from.cell());
         let covered = list.is_covered().then_some(list.cell);
         let mut soonest = (f64::INFINITY, 0);
+        // The factors are those of `World::pair_factor`, looked up once.
         let mut visible = SmallVec::<[(u32, f64); 4 * DISC_LANES]>::new();
         let body = self.bodies.among_all(disc);
         let factors = world

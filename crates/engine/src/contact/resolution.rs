@@ -283,11 +283,10 @@ impl<R: Response> Rules<'_, R> {
         let inverse_masses = inertias.map(|inertia| inertia.inverse_mass);
         let line = frame.line_of_centres;
         let over = impulse_at_step(line, velocities, inverse_masses, gain);
-        let (impulse, lost) = over.map_or_else(
-            || self.bounce_off_step(encounter, &frame, bound),
-            |impulse| (impulse, None),
-        );
-        let after = pushed(&frame, before, inertias, impulse);
+        let (impulse, after, lost) = match over {
+            Some(impulse) => (impulse, pushed(&frame, before, inertias, impulse), None),
+            None => self.bounce_off_step(encounter, &frame, inertias, bound),
+        };
         let resolved = Resolved {
             frame,
             elasticity: Elasticity::ELASTIC,
@@ -305,32 +304,33 @@ impl<R: Response> Rules<'_, R> {
         (resolved, over.is_some())
     }
 
-    /// The impulse on the second of two discs that bounce back from a step of their well, and the
-    /// energy that they lose there (mass × length² / time²): none, unless they must leave faster
-    /// than they have come to be seen to leave.
+    /// The impulse on the second of two discs that bounce back from a step of their well, the
+    /// motions after it, and the energy that they lose there (mass × length² / time²): none, unless
+    /// they must leave faster than they have come to be seen to leave.
     fn bounce_off_step(
         &self,
         ContactPair {
             contact, before, ..
         }: &ContactPair,
         frame: &ContactFrame,
+        inertias: [&Inertia; 2],
         bound: TetherBound,
-    ) -> (DVec2, Option<f64>) {
-        let bodies = contact.bodies.map(|body| &self.world.bodies[body as usize]);
-        let inertias = bodies.map(|body| &body.kind.inertia);
+    ) -> (DVec2, [Motion; 2], Option<f64>) {
         let approach = approach_speed(frame, [&before[0], &before[1]]).max(0.0);
         let least = least_speed_at_step(self.world, contact, bound, before);
         if approach >= least {
             let velocities = [before[0].velocity, before[1].velocity];
             let inverse_masses = inertias.map(|inertia| inertia.inverse_mass);
-            let line = frame.line_of_centres;
-            let impulse =
-                Impact.impulse_of_discs(line, velocities, inverse_masses, Elasticity::ELASTIC);
-            return (impulse, Some(0.0));
+            let (line, law) = (frame.line_of_centres, Elasticity::ELASTIC);
+            let impulse = Impact.impulse_of_discs(line, velocities, inverse_masses, law);
+            let after = self.act(frame, before, inertias, impulse, law);
+            return (impulse, after, Some(0.0));
         }
         let mass = reduced_mass(frame, inertias);
         let lost = 0.5 * mass * (approach * approach - least * least);
-        (mass * (approach + least) * frame.normal(), Some(lost))
+        let impulse = mass * (approach + least) * frame.normal();
+        let after = pushed(frame, before, inertias, impulse);
+        (impulse, after, Some(lost))
     }
 
     /// The elasticity of a contact by the rules, and its frame with arms to the point of contact if

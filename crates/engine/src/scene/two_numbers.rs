@@ -11,8 +11,8 @@ use serde::{
     de::{DeserializeSeed, Error, SeqAccess, Visitor},
 };
 
-/// Largest number up to which every whole number is one of 64 bits: 2⁵³.
-const MAX_WHOLE: f64 = 9_007_199_254_740_992.0;
+/// Largest whole number that no other is rounded to: 2⁵³ − 1.
+const MAX_WHOLE: f64 = 9_007_199_254_740_991.0;
 
 /// Most numbers of a list that a message repeats.
 const MAX_REPEATED: usize = 8;
@@ -195,7 +195,7 @@ mod tests {
     use crate::scene::Scene;
 
     /// The scene with one list in each place where two numbers stand, and the line of that list.
-    const SCENES: [(&str, &str); 15] = [
+    const SCENES: [(&str, &str); 19] = [
         ("[box]\nsides = LIST\n", "[x, y]"),
         ("[[molecule]]\nshape = \"disc\"\nat = LIST\n", "[x, y]"),
         ("[[molecule]]\nat = [0, 0]\nvelocity = LIST\n", "[x, y]"),
@@ -228,6 +228,19 @@ mod tests {
         (
             "[[gas]]\nenergy = 1\nmass = { normal = LIST }\n",
             "[mean, deviation]",
+        ),
+        ("[[wall]]\narc = { at = LIST, radius = 1 }\n", "[x, y]"),
+        (
+            "[[container]]\ncircle = { at = LIST, radius = 1 }\n",
+            "[x, y]",
+        ),
+        (
+            "[[container]]\nmushroom = { at = [0, 0], radius = 1, stem = LIST }\n",
+            "[x, y]",
+        ),
+        (
+            "[[bond]]\npairs = [[0, 1]]\ntether = { max = 1, points = [[0, 0], LIST] }\n",
+            "[x, y]",
         ),
     ];
 

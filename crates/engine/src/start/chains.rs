@@ -32,6 +32,9 @@ const TRIALS_OF_MEMBER: usize = 256;
 /// a refusal takes longer.
 const DEAD_ENDS: u32 = 4096;
 
+/// (1 + √5)/2
+const GOLDEN_RATIO: f64 = 1.618_033_988_749_895;
+
 /// Share of the room of a tether that is left free at each of its bounds.
 const MARGIN: f64 = 1e-3;
 
@@ -354,15 +357,20 @@ impl Species {
     }
 
     /// The largest number of arms of a star: where the members are equal discs tied at their
-    /// centres, as many of them as touch each other at the longest distance from the first.
+    /// centres, as many of them as touch each other at the longest distance from the first. Where
+    /// that is longer than the golden ratio times the distance at contact, more have room at
+    /// different distances (x³ − 2x² + 1 > 0 for the ratio x), and there is no bound.
     fn most_arms(&self, chain: &ChainSpec, world: &World) -> usize {
         let disc = self.molecule(0);
         if !self.is_equal() || !disc.is_disc() || chain.tether.points != [[0.0; 2]; 2] {
             return usize::MAX;
         }
         let factor = world.pairs.factor_of_tags(&self.pair_tags, &self.pair_tags);
-        let half_angle = libm::asin(factor * disc.bounding_radius() / chain.tether.max);
-        (PI / half_angle) as usize
+        let share = factor * disc.bounding_radius() / chain.tether.max;
+        if 0.5 / share > GOLDEN_RATIO {
+            return usize::MAX;
+        }
+        (PI / libm::asin(share)) as usize
     }
 
     /// The distance of neighbours in a ring of equal sides; `None` if there is none that all

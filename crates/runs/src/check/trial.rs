@@ -61,7 +61,7 @@ pub(super) struct TrialEstimate {
     pub(super) is_whole_run: bool,
     /// Contacts of the run at the rate of the trial; `None` if no time has passed in it.
     pub(super) collisions: Option<f64>,
-    /// The same, counted for each body that moves: twice, but once with a fixed body.
+    /// Contacts of the run, counted for each body that moves: twice, but once with a fixed body.
     pub(super) collisions_of_moving: Option<f64>,
     /// Processor time of the run, of which for samples and snapshots (seconds).
     pub(super) seconds: Option<f64>,

@@ -86,6 +86,7 @@ pub(crate) use self::impulses::NAME as IMPULSES;
 pub(crate) use self::k_atic::OF_AXES;
 use self::kind::{Default, MAX_LAG};
 use self::measured::{Measure, in_blocks, point_bytes, resumed};
+pub(crate) use self::request::refuse_displaced;
 pub use self::{
     hard_discs::{ENSKOG, HardDiscs, LIU},
     kind::{MeasureKind, Of, Parameter, Span},

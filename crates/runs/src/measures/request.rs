@@ -283,6 +283,15 @@ pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
     Ok(requests)
 }
 
+/// Refuses the measures of a scene that take images for fixed, in a box in which an earlier shear
+/// has displaced them.
+///
+/// # Errors
+/// The first such measure, or one that is not known.
+pub fn refuse_displaced(scene: &Scene) -> Result<()> {
+    refuse_sheared(&requests(scene)?)
+}
+
 /// Refuses the measures that take images for fixed, where a shear displaces them.
 fn refuse_sheared(requests: &[Request]) -> Result<()> {
     for request in requests {

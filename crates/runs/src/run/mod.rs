@@ -33,7 +33,7 @@ use crate::{
     folder_lock::{FolderLock, Ousted},
     interruption::{Interrupted, Signals},
     manifest::{Manifest, TileSummary},
-    measures::Measures,
+    measures::{self, Measures},
     memory::{self, Demand},
     output::{Existing, Folder},
     price::PRICE,
@@ -283,6 +283,9 @@ pub(crate) fn start(mut simulation: AnySimulation, scene: &Scene, before: u64) -
 pub(crate) fn continued(parent: &Parent, scene: &Scene, method: &Method) -> Result<AnySimulation> {
     let simulation = parent.start(scene, method)?;
     let view = simulation.view();
+    if view.is_sheared() {
+        measures::refuse_displaced(scene)?;
+    }
     let tags = view
         .bodies()
         .flat_map(|body| body.body.tags().iter().copied());

@@ -110,9 +110,15 @@ pub fn replace_rules(simulation: &mut AnySimulation, scene: &Scene) -> Result<()
             scene,
             entry: &mut entry,
         };
-        edits.rules(&spec)
+        edits.rules(&spec)?;
+        // What is refused at the end concerns all rules.
+        edits.entry.clear();
+        Ok(())
     });
-    replaced.with_context(|| entry)
+    replaced.with_context(|| match entry.as_str() {
+        "" => "the rules of the scene".to_owned(),
+        entry => entry.to_owned(),
+    })
 }
 
 /// Makes the edits of the first stage, before the run, and rehearses those of the others. `action`
