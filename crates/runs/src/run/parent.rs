@@ -21,18 +21,21 @@ use crate::{
 /// File of the start state in the folder of the new run.
 const START_STATE: &str = "start-state";
 
-/// The tables of a scene that describe the contents of the box, beside its sides.
-const CONTENTS: [&str; 9] = [
-    "molecule",
-    "bumper",
-    "wall",
-    "piston",
-    "container",
-    "gas",
-    "bond",
-    "diameter",
-    "start",
+/// The tables of a scene that describe the contents of the box, beside its sides, and whether two
+/// scenes have the same.
+const CONTENTS: [(&str, IsSame); 9] = [
+    ("molecule", |a, b| a.molecule == b.molecule),
+    ("bumper", |a, b| a.bumper == b.bumper),
+    ("wall", |a, b| a.wall == b.wall),
+    ("piston", |a, b| a.piston == b.piston),
+    ("container", |a, b| a.container == b.container),
+    ("gas", |a, b| a.gas == b.gas),
+    ("bond", |a, b| a.bond == b.bond),
+    ("diameter", |a, b| a.diameter == b.diameter),
+    ("start", |a, b| a.start == b.start),
 ];
+
+type IsSame = fn(&Scene, &Scene) -> bool;
 
 /// A state of another run, with what identifies it.
 #[derive(Debug, Serialize, Deserialize)]
@@ -173,7 +176,7 @@ impl Parent {
     pub fn complete(&self, scene: &mut toml::Table) -> Result<()> {
         let own: toml::Table = self.scene.parse().context("the scene of the other run")?;
         let is_empty = |value: &toml::Value| value.as_array().is_some_and(Vec::is_empty);
-        for key in CONTENTS {
+        for (key, _) in CONTENTS {
             if let Some(value) = own.get(key).filter(|_| scene.get(key).is_none_or(is_empty)) {
                 scene.insert(key.to_owned(), value.clone());
             }
@@ -197,19 +200,9 @@ impl Parent {
     /// The first entry that differs.
     pub fn refuse_other_contents(&self, scene: &Scene) -> Result<()> {
         let own = Scene::from_toml(&self.scene).context("the scene of the other run")?;
-        let same = [
-            ("box.sides", own.bounds.sides == scene.bounds.sides),
-            ("molecule", own.molecule == scene.molecule),
-            ("bumper", own.bumper == scene.bumper),
-            ("wall", own.wall == scene.wall),
-            ("piston", own.piston == scene.piston),
-            ("container", own.container == scene.container),
-            ("gas", own.gas == scene.gas),
-            ("bond", own.bond == scene.bond),
-            ("diameter", own.diameter == scene.diameter),
-            ("start", own.start == scene.start),
-        ];
-        match same.iter().find(|(_, is_same)| !is_same) {
+        let sides: (&str, IsSame) = ("box.sides", |a, b| a.bounds.sides == b.bounds.sides);
+        let differs = |(_, is_same): &(&str, IsSame)| !is_same(&own, scene);
+        match std::iter::once(sides).chain(CONTENTS).find(differs) {
             None => Ok(()),
             Some((entry, _)) => bail!(
                 "`{entry}` differs from that of the run in {}, from which the contents of the box come: leave it out",
