@@ -8,10 +8,10 @@ use crate::{contact_frame::scaled_inverse_masses, impulse::spread};
 /// may be negative (mass × length² / time²); `None` if their energy along the line of centres does
 /// not suffice for the step.
 ///
-/// `towards` is parallel to the line of centres and points to the side from which the relative
-/// velocity of A less that of B comes: from A to B where the two approach, from B to A where they
-/// part. Its length does not matter. With the component u of the relative velocity along it, the
-/// two go on at √(u² + 2 ΔE/μ) (B. J. Alder and T. E. Wainwright, J. Chem. Phys. 31 (1959) 459).
+/// `towards` is along the line of centres: from A to B where the two approach, from B to A where
+/// they part. Its length does not matter. Along it, the velocity of A less that of B has a
+/// component u ≥ 0, which becomes √(u² + 2 ΔE/μ) (B. J. Alder and T. E. Wainwright, J. Chem. Phys.
+/// 31 (1959) 459).
 ///
 /// As in [`Impact`](crate::Impact), the line is rescaled to another length at each step: a pair is
 /// always at the same distance there, so that the rounding of its unit vector would be the same
@@ -21,7 +21,7 @@ use crate::{contact_frame::scaled_inverse_masses, impulse::spread};
 /// use carom_response::impulse_at_step;
 /// use glam::DVec2;
 ///
-/// // Two discs of mass 1 approach at the speed 1, and gain 2 at the border of a well: u² = 1 + 8.
+/// // Two discs of mass 1 approach at the speed 1, and gain 2 at the border of a well: √(1 + 8) = 3.
 /// let into = |gain| impulse_at_step(DVec2::X, [DVec2::X, DVec2::ZERO], [1.0, 1.0], gain);
 /// assert!((into(2.0).unwrap() - DVec2::new(-1.0, 0.0)).length() < 1e-15);
 /// // A shoulder of 2 is too high for them.
