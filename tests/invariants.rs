@@ -72,13 +72,13 @@ fn mixtures() {
     start.bumper = vec![bumper(0.1, [0.0, 0.0])];
     start.gas = vec![gas("disc", 0.13, 4), gas("disc", 0.008, 300)];
     start.gas[0].atom_mass = Some(0.01.into());
-    walk::<CellScheduler>("fast large discs", &start, &Instructions::Widest, 400);
+    walk::<CellScheduler>("fast large discs", &start, &Instructions::Widest, 80);
     start.molecule.clear();
     walk::<CellScheduler>(
         "fast large discs among discs alone",
         &start,
         &Instructions::Widest,
-        400,
+        80,
     );
 }
 

@@ -290,7 +290,7 @@ shape = "tee"
 atom_radius = 0.0007
 atom_mass = 1.0
 energy = 1.0
-count = 20000
+count = 12000
 [run]
 until = 0.25
 sample_interval = 0.0025

@@ -92,6 +92,7 @@ pub use scene::stage_spec::{HeatSpec, RelabelSpec, ThermostatKind, ThermostatSpe
 pub use scene::stop_spec::StopSpec;
 pub use scene::thermostat_rule::{LangevinStep, SelfPropulsion, ThermostatRule};
 pub use scene::thermostat_target::ThermostatTarget;
+pub use scene::units_spec::UnitsSpec;
 pub use scene::wall_motion::{MoveWallSpec, WallMotionSpec};
 pub use scene::well_spec::WellSpec;
 pub use scene::{

@@ -164,7 +164,7 @@ fn an_inelastic_gas_with_a_thermostat_has_no_effective_error_and_says_why() {
         "[box]\nseed = 3\n[elasticity]\ndefault = 0.9\n[[gas]]\ntags = [\"gas\"]\nshape = \"dumbbell\"\n\
          atom_radius = 0.02\natom_mass = 0.5\nenergy = 1.0\ncount = 60\n\
          [run]\nsample_interval = 0.1\nobserve = [\"temperature\", \"thermostat\"]\n\
-         [[stage]]\nuntil = 4.0\n\
+         [[stage]]\nuntil = 2.0\n\
          thermostat = [{ tag = \"gas\", every = 0.05, kind = \"maxwell\", temperature = 1.0 }]\n",
     );
     holds(&result);

@@ -99,10 +99,9 @@ impl Observer for CollisionRate {
         }
         // In an edited checkpoint these counts may be later than those of the simulation.
         let collisions = counters.collisions.saturating_sub(before.collisions);
-        let with_fixed = counters
-            .fixed_collisions
-            .saturating_sub(before.fixed_collisions);
-        let suffered = (2 * collisions).saturating_sub(with_fixed);
+        let suffered = counters
+            .collisions_of_moving()
+            .saturating_sub(before.collisions_of_moving());
         let moving = interval.mean(time, moving);
         let rate = if moving == 0.0 {
             0.0

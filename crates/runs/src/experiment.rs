@@ -125,7 +125,7 @@ impl Experiment {
         self.folder.write("report.html", page.html())?;
         self.folder.write_json("summary.json", summary)?;
         let seconds = seconds.unwrap_or_else(|| self.begun.elapsed().as_secs_f64());
-        conclude(&self.complete_after(seconds)?, summary);
+        conclude(&self.complete_after(seconds)?, summary, None);
         Ok(summary.verdict())
     }
 

@@ -6,7 +6,7 @@ use carom_tables::{Figure, named, with_error};
 const MAX_LINES: usize = 30;
 
 /// Longer names are cut before their last words, which are the tag and the unit.
-const MAX_NAME: usize = 72;
+const MAX_NAME: usize = 96;
 
 /// Characters that remain at the end of a name that is cut.
 const END: usize = 24;
@@ -95,14 +95,14 @@ mod tests {
             "  p            3            predicted 3.5",
         ];
         assert_eq!(figure_lines(&figures), expected);
-        let many = vec![Figure::new("x".repeat(99), 1.0, "1"); 40];
+        let many = vec![Figure::new("x".repeat(120), 1.0, "1"); 40];
         let lines = figure_lines(&many);
         assert!(
             lines.len() == MAX_LINES + 1
                 && lines[MAX_LINES].contains("10 more")
-                && lines[0].chars().count() < 80
+                && lines[0].chars().count() < MAX_NAME + 8
         );
-        let long = format!("{}, tag (length²/time)", "x".repeat(90));
+        let long = format!("{}, tag (length²/time)", "x".repeat(120));
         assert!(
             shortened(&long).ends_with("x, tag (length²/time)")
                 && shortened(&long).chars().count() == MAX_NAME

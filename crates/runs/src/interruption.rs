@@ -178,8 +178,13 @@ impl Signals {
             .iter()
             .filter_map(|kept| try_until(deadline, || kept.cut_back()))
             .collect();
+        let kept = if runs.is_empty() {
+            "before the first checkpoint. Start again with"
+        } else {
+            "before the next checkpoint; the last checkpoint is kept. Resume with"
+        };
         let words = format!(
-            "interrupted by {}{} before the next checkpoint; the last checkpoint is kept. Resume with\n  {} --resume",
+            "interrupted by {}{} {kept}\n  {} --resume",
             if second.is_some() { "a second " } else { "" },
             name(signal),
             command()

@@ -49,6 +49,7 @@ pub mod schedule;
 pub mod schema;
 pub mod series;
 mod terminal;
+pub mod units;
 mod visible_region;
 mod whole_box;
 pub mod whole_file;
@@ -57,7 +58,7 @@ pub mod written_files;
 
 pub use visible_region::picture_of;
 
-use carom_tables::{Summary, with_error};
+use carom_tables::{Figure, ReportUnits, Summary, with_error};
 
 use crate::{figure_lines::figure_lines, output::Folder};
 
@@ -65,7 +66,8 @@ pub use console::print_line;
 
 /// Prints the figures of a run, what is to be said of them, its totals and failed checks, and the
 /// path of its page; adds folder, totals, figures and checks to the JSON object, if one is written.
-pub fn conclude(folder: &Folder, summary: &Summary) {
+/// Printed figures are in `units`, if some are given.
+pub fn conclude(folder: &Folder, summary: &Summary, units: Option<&ReportUnits>) {
     console::put_summary(folder, summary);
     if json_object::is_json() {
         return;
@@ -79,16 +81,26 @@ pub fn conclude(folder: &Folder, summary: &Summary) {
         with_error(totals.energy_drift, None),
         totals.overlapping_pairs,
     ));
-    let figures: Vec<_> = summary.figures.iter().map(|figure| ("", figure)).collect();
-    for line in figure_lines(&summary.figures) {
+    let mut figures: Vec<Figure> = summary.figures.clone();
+    if let Some(units) = units {
+        for figure in &mut figures {
+            units.apply_to_figure(figure);
+        }
+        print_line(&units::in_words(units));
+    }
+    for line in figure_lines(&figures) {
         print_line(&line);
     }
+    let figures: Vec<_> = figures.iter().map(|figure| ("", figure)).collect();
     let judged = [
         report::stationarity_in_words(&figures),
         report::tests_in_words(&figures),
     ];
     for words in judged.into_iter().flatten() {
         print_line(&words);
+    }
+    if !summary.note.is_empty() {
+        print_line(&summary.note);
     }
     for check in summary.checks.iter().filter(|check| !check.passed) {
         print_line(&format!(

@@ -115,7 +115,7 @@ pub fn write(
     if !is_json() {
         print_judgements(study, &points);
     }
-    conclude(folder, &summary);
+    conclude(folder, &summary, None);
     let verdict = summary.verdict();
     Ok(if missing.is_empty() {
         verdict

@@ -22,6 +22,7 @@ pub mod spectrum;
 pub mod stationarity;
 pub mod summary;
 pub mod table;
+pub mod units;
 
 pub use block_sums::{BlockMean, BlockSums, Sums};
 pub use blocking::Blocking;
@@ -34,3 +35,4 @@ pub use run_sums::{MergeError, MergedSums, Replica, RunSums, SumsError};
 pub use stationarity::Stationarity;
 pub use summary::*;
 pub use table::{Column, Guide, Level, Role, Spacing, Table, TableGrid};
+pub use units::ReportUnits;

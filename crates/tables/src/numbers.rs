@@ -123,6 +123,7 @@ pub fn predicted(value: f64, figure: &Figure) -> String {
 ///
 /// assert_eq!(grouped("13979096 of 4000"), "13\u{202f}979\u{202f}096 of 4000");
 /// assert_eq!(grouped("0.0012345 ± 1e10000"), "0.0012345 ± 1e10000");
+/// assert_eq!(grouped("3.71981e-15"), "3.71981e-15");
 /// ```
 pub fn grouped(text: &str) -> String {
     let mut result = String::with_capacity(text.len());
@@ -140,8 +141,8 @@ pub fn grouped(text: &str) -> String {
         let (number, after) = rest.split_at(digits);
         let joins_word =
             before.is_some_and(is_part) || after.starts_with(|next: char| next.is_alphabetic());
-        // 12345e-7 is a number, too.
-        let has_exponent = after.starts_with('e');
+        // 12345e-7 is a number, too; 1.2345e-7 has digits after its point.
+        let has_exponent = after.starts_with('e') && !before.is_some_and(is_part);
         let is_exponent = result.ends_with("e-") || result.ends_with("e+");
         if !(MIN_DIGITS..=MAX_DIGITS).contains(&digits)
             || (joins_word && !has_exponent)

@@ -11,7 +11,7 @@ use crate::Estimate;
 
 /// Fewer blocks of a measurement are not judged. Smaller: false alarms, since the scatter of few
 /// blocks is uncertain. Larger: short runs are never judged.
-const MIN_JUDGED: usize = 32;
+pub const MIN_JUDGED: usize = 32;
 
 /// Fewest blocks after a transient from which it is judged that the mean has settled.
 const MIN_SETTLED: usize = 16;

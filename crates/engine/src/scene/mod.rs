@@ -34,6 +34,7 @@ pub(crate) mod stop_spec;
 pub(crate) mod thermostat_rule;
 pub(crate) mod thermostat_target;
 pub(crate) mod two_numbers;
+pub(crate) mod units_spec;
 pub(crate) mod wall_motion;
 pub(crate) mod well_spec;
 
@@ -61,6 +62,7 @@ use crate::{
         stage_spec::{HeatSpec, RelabelSpec, ThermostatSpec, VelocitySpec},
         stop_spec::StopSpec,
         two_numbers::{optional_vector, pairs, vector, vectors},
+        units_spec::UnitsSpec,
         wall_motion::{MoveWallSpec, WallMotionSpec},
         well_spec::WellSpec,
     },
@@ -529,6 +531,14 @@ pub struct RunSpec {
     /// What ends the run before `until`; nothing if absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop: Option<StopSpec>,
+    /// The units of the figures and charts on the page, and of the figures in the terminal:
+    /// `"reduced"`, which takes the diameter and the mass of the discs of the first gas that moves,
+    /// and its `temperature`; or `{ length = σ, mass = m, energy = ε }` in the units of the scene,
+    /// each from 1e-60 to 1e60. The unit of time is σ √(m/ε). All other entries, files, `--json` and the
+    /// results in Python keep the units of the scene. Default: those of the scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[doc(alias = "lj")]
+    pub units: Option<UnitsSpec>,
 }
 
 /// A stage of a run: edits at its start, thermostats while it lasts, and whether it is measured.
@@ -699,6 +709,7 @@ impl Default for RunSpec {
             animation: true,
             animation_from: 0.0,
             stop: None,
+            units: None,
         }
     }
 }

@@ -41,6 +41,25 @@ pub struct Counters {
     pub scheduler: SchedulerCounters,
 }
 
+impl Counters {
+    /// Contacts counted for each body that moves: twice, but once with a fixed body.
+    ///
+    /// ```
+    /// use carom_engine::{Scene, Simulation};
+    ///
+    /// let gas = "[[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 20\n";
+    /// let mut simulation = Simulation::new(&Scene::from_toml(gas)?)?;
+    /// simulation.run_until(1.0)?;
+    /// let counters = simulation.view().counters();
+    /// // No body is fixed.
+    /// assert_eq!(counters.collisions_of_moving(), 2 * counters.collisions);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn collisions_of_moving(&self) -> u64 {
+        (2 * self.collisions).saturating_sub(self.fixed_collisions)
+    }
+}
+
 /// Work of a scheduler in finding the contacts.
 ///
 /// These counts depend on the scheduler, not on the trajectory alone. They show the cause of high

@@ -188,7 +188,11 @@ impl Trial {
     ) -> Result<TrialEstimate> {
         let collisions = self.collisions(simulation);
         let counters = simulation.view().counters();
-        let with_fixed = counters.fixed_collisions as f64 / counters.collisions.max(1) as f64;
+        let of_moving = if counters.collisions > 0 {
+            counters.collisions_of_moving() as f64 / counters.collisions as f64
+        } else {
+            2.0
+        };
         let actions = Actions::new(simulation, scene)?;
         let of_measures = encode(measures)?.len();
         let memory = (simulation.heap_bytes() + of_measures) as u64;
@@ -215,7 +219,7 @@ impl Trial {
             trial_time: self.simulated,
             is_whole_run: self.is_whole,
             collisions,
-            collisions_of_moving: collisions.map(|number| number * (2.0 - with_fixed)),
+            collisions_of_moving: collisions.map(|number| number * of_moving),
             seconds: contacts_seconds.map(|seconds| self.first + seconds + more),
             sample_seconds,
             collisions_per_second: self.contacts as f64 / self.seconds.max(1e-9),

@@ -1,11 +1,11 @@
 //! `body-frame-diffusion`: diffusion along and across the axis of a body, in its own frame.
 
 use carom::BodyFrameDiffusion;
-use carom_tables::{BlockMean, Figure, Table};
+use carom_tables::{BlockMean, Figure, Table, significant};
 
 use super::{
     Context, MAX_LAG, MeasureKind, Measured, Of, Results, Span, in_blocks, resumed,
-    transport::{MIN_PAIRS, Plateau, Taken, TransportCurve},
+    transport::{MIN_PAIRS, Taken, TransportCurve},
 };
 
 /// The two coefficients.
@@ -98,27 +98,18 @@ fn coefficients(
         lags,
         means,
         blocks: context.blocks,
+        block: context.block,
         of: Taken::Itself,
     };
     let unit = "length²/time";
     let plateau = curve(squares).plateau(products).map(|plateau| {
-        let Plateau {
-            slope,
-            between: [begin, end],
-            is_constant,
-        } = plateau;
-        let [what, lack] = if is_constant {
-            ["", ""]
-        } else {
-            ["apparent ", ", no plateau"]
-        };
-        let name = format!(
-            "{what}{symbol} {direction} the axis at long lags, {begin:.3} to {end:.3}{lack}"
-        );
+        let name = plateau.named(&format!("{symbol} {direction} the axis"));
+        let slope = plateau.slope;
         Figure::new(context.named(&name), 0.5 * slope.value, unit).error(0.5 * slope.standard_error)
     });
     let integral = curve(products).integral().map(|(integral, until)| {
-        let name = format!("{symbol} {direction} the axis from velocities, up to lag {until:.3}");
+        let until = significant(until, 3);
+        let name = format!("{symbol} {direction} the axis from velocities, up to lag {until}");
         Figure::new(context.named(&name), integral.value, unit).error(integral.standard_error)
     });
     plateau.into_iter().chain(integral).collect()

@@ -1,7 +1,7 @@
 //! `correlation`: mean squared displacement and velocity autocorrelation of a group.
 
 use carom::TimeCorrelation;
-use carom_tables::{BlockMean, Figure, Table};
+use carom_tables::{BlockMean, Figure, Table, significant};
 
 use super::{
     Context, MAX_LAG, MeasureKind, Measured, Of, Results, Span,
@@ -103,6 +103,7 @@ fn coefficients(
         lags,
         means,
         blocks: context.blocks,
+        block: context.block,
         of: Taken::Itself,
     };
     let plateau = curve(squares)
@@ -121,24 +122,19 @@ fn coefficients(
 /// The diffusion coefficient from the mean squared displacement at long lags, where it grows in
 /// proportion to the lag; in two dimensions it grows slowly with the lag and with the box.
 fn at_long_lags(plateau: &Plateau, context: &Context<'_>) -> Figure {
-    let Plateau {
-        slope: TransportValue {
-            value,
-            standard_error,
-        },
-        between: [begin, end],
-        is_constant,
-    } = *plateau;
-    let what = if is_constant { "" } else { "apparent " };
-    let lack = if is_constant { "" } else { ", no plateau" };
-    let name = format!("{what}diffusion coefficient at long lags, {begin:.3} to {end:.3}{lack}");
+    let TransportValue {
+        value,
+        standard_error,
+    } = plateau.slope;
+    let name = plateau.named("diffusion coefficient");
     Figure::new(context.named(&name), 0.25 * value, "length²/time").error(0.25 * standard_error)
 }
 
 /// The diffusion coefficient as half the integral of the velocity autocorrelation.
 fn of_velocities((integral, until): (TransportValue, f64), context: &Context<'_>) -> Figure {
     let name = context.named(&format!(
-        "diffusion coefficient from velocities, up to lag {until:.3}"
+        "diffusion coefficient from velocities, up to lag {}",
+        significant(until, 3)
     ));
     Figure::new(name, 0.5 * integral.value, "length²/time").error(0.5 * integral.standard_error)
 }

@@ -11,7 +11,10 @@ use carom_tables::{
 };
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use super::HardDiscs;
+use super::{
+    HardDiscs,
+    transport::{JOINED_BLOCKS, error_of_sum},
+};
 use crate::{
     append_file::AppendFiles,
     checkpoint_file::{decode, encode},
@@ -96,7 +99,7 @@ impl Label {
 pub struct Context<'a> {
     /// What distinguishes the measure from others of its kind.
     pub label: &'a Label,
-    /// Duration of a block (time): means over longer times have no error.
+    /// Duration of a block (time).
     pub block: f64,
     /// The sums of each complete block, in the order of time.
     pub blocks: &'a [Sums],
@@ -153,14 +156,29 @@ impl Context<'_> {
         named.filter_map(figure).collect()
     }
 
-    /// Means at these lags (time), without the errors of lags as long as a block: such a block
-    /// holds pairs whose first sample lies before it.
+    /// Means at these lags (time). The errors of lags as long as a block are those of joined blocks:
+    /// a block holds pairs whose first sample lies before it. Still longer lags have none.
     pub fn resolved(&self, means: &[BlockMean], lags: &[f64]) -> Vec<BlockMean> {
         let of = |(mean, &lag): (&BlockMean, &f64)| BlockMean {
-            standard_error: mean.standard_error.filter(|_| lag < self.block),
+            standard_error: self.error_at(mean, lag),
             ..*mean
         };
         means.iter().zip(lags).map(of).collect()
+    }
+
+    fn error_at(&self, mean: &BlockMean, lag: f64) -> Option<f64> {
+        if lag < self.block {
+            return mean.standard_error;
+        }
+        let joined = self.joined_at(lag);
+        (lag < joined as f64 * self.block)
+            .then(|| error_of_sum(self.blocks, joined, [(*mean, 1.0)]))
+            .flatten()
+    }
+
+    /// The number of blocks that are joined for the error at a lag (time).
+    pub(super) fn joined_at(&self, lag: f64) -> usize {
+        if lag < self.block { 1 } else { JOINED_BLOCKS }
     }
 
     /// The means of one quantity of several, each of which has a mean at each of `all` lags, at the

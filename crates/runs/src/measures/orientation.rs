@@ -4,7 +4,7 @@
 use carom::{
     CollisionReport, Observer, OrientationCorrelation, View, engine::Body, observers::Group,
 };
-use carom_tables::{BlockMean, Figure, Table};
+use carom_tables::{BlockMean, Figure, Table, significant};
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -187,12 +187,14 @@ fn rotational_diffusion(
         lags,
         means: &cosines,
         blocks: context.blocks,
+        block: context.block,
         of: Taken::MinusLogarithm,
     };
     let of_products = TransportCurve {
         lags,
         means: products,
         blocks: context.blocks,
+        block: context.block,
         of: Taken::Itself,
     };
     let decay = of_cosines
@@ -200,7 +202,8 @@ fn rotational_diffusion(
         .map(|plateau| at_long_lags(&plateau, context));
     let integral = of_products.integral().map(|(integral, until)| {
         let name = format!(
-            "rotational diffusion coefficient D_r from angular velocities, up to lag {until:.3}"
+            "rotational diffusion coefficient D_r from angular velocities, up to lag {}",
+            significant(until, 3)
         );
         Figure::new(context.named(&name), integral.value, "1/time").error(integral.standard_error)
     });
@@ -209,21 +212,10 @@ fn rotational_diffusion(
 
 /// The rotational diffusion coefficient from the decay of ⟨cos Δθ⟩ at long lags.
 fn at_long_lags(plateau: &Plateau, context: &Context<'_>) -> Figure {
-    let Plateau {
-        slope: TransportValue {
-            value,
-            standard_error,
-        },
-        between: [begin, end],
-        is_constant,
-    } = *plateau;
-    let [what, lack] = if is_constant {
-        ["", ""]
-    } else {
-        ["apparent ", ", no plateau"]
-    };
-    let name = format!(
-        "{what}rotational diffusion coefficient D_r at long lags, {begin:.3} to {end:.3}{lack}"
-    );
+    let TransportValue {
+        value,
+        standard_error,
+    } = plateau.slope;
+    let name = plateau.named("rotational diffusion coefficient D_r");
     Figure::new(context.named(&name), value, "1/time").error(standard_error)
 }

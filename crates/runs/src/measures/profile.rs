@@ -278,6 +278,7 @@ fn conductivity(
         lags: places,
         means,
         blocks: context.blocks,
+        block: f64::INFINITY,
         of: Taken::Itself,
     };
     // The combination of the deviations; its value is 0, since both terms are equal.

@@ -161,9 +161,9 @@ fn errors(
 ) -> Vec<Option<f64>> {
     let error = |place: usize| {
         let terms = terms(place)?;
-        // A lag as long as a block has no error.
+        // A lag as long as all joined blocks has no error.
         terms[0].0.standard_error?;
-        error_of_sum(context.blocks, terms)
+        error_of_sum(context.blocks, context.joined_at(points[place].lag), terms)
     };
     (0..points.len()).map(error).collect()
 }

@@ -1,6 +1,6 @@
 //! The slope of a measured curve between two lags, for transport coefficients.
 
-use carom_tables::BlockMean;
+use carom_tables::{BlockMean, significant};
 
 use super::HardDiscs;
 
@@ -41,7 +41,12 @@ impl Slope {
 
     /// The two lags, for the name of a figure.
     pub fn lags(&self) -> String {
-        let [begin, end] = self.between;
-        format!("{begin:.3} to {end:.3}")
+        between(self.between)
     }
+}
+
+/// Two lags, for the name of a figure.
+pub(super) fn between([begin, end]: [f64; 2]) -> String {
+    let [begin, end] = [begin, end].map(|lag| significant(lag, 3));
+    format!("{begin} to {end}")
 }

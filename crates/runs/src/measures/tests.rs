@@ -6,7 +6,7 @@ use crate::{
     output::{Existing, Folder},
 };
 use carom_methods::AnySimulation;
-use carom_tables::Table;
+use carom_tables::{ReportUnits, Table};
 
 /// The requests of a scene with these names in `run.observe`.
 fn asked(names: &[&str]) -> Result<Vec<Request>> {
@@ -254,6 +254,112 @@ fn column<'a>(table: &'a Table, name: &str) -> &'a [Option<f64>] {
         .find(|column| column.name == name)
         .unwrap_or_else(|| panic!("no {name}"))
         .values
+}
+
+/// A gas with a molecule and most measures, with all lengths, masses and energies times powers of
+/// two, so that both trajectories have the same bits apart from these factors.
+fn gas_in_units([length, mass, energy]: [f64; 3]) -> String {
+    let time = length * (mass / energy).sqrt();
+    let measures = [
+        "velocities:gas",
+        "correlation",
+        "pair-distribution:gas",
+        "contact-density:tee",
+        "thermostat",
+        "directions:tee",
+        "projections:tee",
+        "drift:tee",
+        "running-average:tee",
+        "temperature:gas",
+        "orientation:tee",
+        "structure-factor",
+        "hexatic-order:gas",
+        "pressure-tensor",
+        "free-path:gas",
+        "viscosity",
+        "heat-conductivity",
+        "energy",
+        "collision-rate",
+        "pressure",
+        "kicks:tee",
+        "fields:gas",
+        "profile:gas",
+        "front:gas",
+        "nematic:tee",
+        "tetratic",
+        "k-atic:tee",
+        "body-frame-diffusion:tee",
+        "relaxation:gas",
+        "intermediate-scattering:gas,tee",
+        "van-hove:gas",
+        "lyapunov",
+        "crossings:gas",
+        "incidence:gas",
+        "clusters:gas",
+        "voronoi:gas",
+        "currents:gas",
+        "van-hove-distinct:gas,tee",
+        "bond-order-correlation:gas",
+        "bond-order-relaxation:gas",
+        "friction:gas",
+        "overlap",
+        "numbers:gas",
+    ];
+    format!(
+        "[box]\nsides = [{length}, {length}]\n[[molecule]]\ntags = [\"tee\"]\nshape = \"tee\"\n\
+         atom_radius = {r}\natom_mass = {mass}\nat = [{half}, {half}]\n[[gas]]\ntags = [\"gas\"]\n\
+         radius = {r}\nmass = {mass}\nenergy = {energy}\ncount = 100\n[run]\nuntil = {until}\n\
+         sample_interval = {interval}\nobserve = {measures:?}\n",
+        r = length * 0.02,
+        half = length * 0.5,
+        until = time * 4.0,
+        interval = time * 0.0625,
+    )
+}
+
+/// The unit that a figure or a column names is the one by which it changes.
+#[test]
+fn results_in_reduced_units_do_not_depend_on_the_units_of_the_scene() {
+    let [small, large] = [[1.0, 1.0, 1.0], [2.0, 4.0, 64.0]].map(|scale| {
+        let (mut results, _) = measured(&gas_in_units(scale));
+        let [length, mass, energy] = scale;
+        let units = ReportUnits {
+            length,
+            mass,
+            energy,
+        };
+        for figure in &mut results.figures {
+            units.apply_to_figure(figure);
+        }
+        for table in &mut results.tables {
+            units.apply_to_table(table);
+        }
+        results
+    });
+    let same = |a: Option<f64>, b: Option<f64>| match (a, b) {
+        (Some(a), Some(b)) => (a - b).abs() <= 1e-9 * a.abs().max(1e-3),
+        (a, b) => a == b,
+    };
+    let mut wrong = Vec::new();
+    for (a, b) in small.figures.iter().zip(&large.figures) {
+        let pairs = [
+            (Some(a.value), Some(b.value)),
+            (a.standard_error, b.standard_error),
+            (a.prediction, b.prediction),
+        ];
+        if !pairs.into_iter().all(|(a, b)| same(a, b)) {
+            wrong.push(format!("{} ({}): {} {}", a.name, a.unit, a.value, b.value));
+        }
+    }
+    for (a, b) in small.tables.iter().zip(&large.tables) {
+        for (x, y) in a.columns.iter().zip(&b.columns) {
+            let pairs = x.values.iter().zip(&y.values);
+            if x.values.len() != y.values.len() || pairs.into_iter().any(|(&x, &y)| !same(x, y)) {
+                wrong.push(format!("{}, {} ({})", a.name, x.name, x.unit));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
 #[test]

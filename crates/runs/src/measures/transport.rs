@@ -4,6 +4,8 @@
 
 use carom_tables::{BlockMean, Estimate, Sums, block_sums::of_quantity};
 
+use super::slope::between;
+
 /// Ratio of the lags at the ends of a piece of a curve. Smaller: noisier slopes. Larger: fewer
 /// pieces, and a plateau is found later.
 const RATIO: f64 = 2.0;
@@ -37,6 +39,8 @@ pub(super) struct TransportCurve<'a> {
     pub means: &'a [BlockMean],
     /// The sums of each block.
     pub blocks: &'a [Sums],
+    /// Duration of a block (time), infinite if the abscissa is no lag.
+    pub block: f64,
     /// What is taken of each mean.
     pub of: Taken,
 }
@@ -76,11 +80,29 @@ pub(super) struct Plateau {
     pub is_constant: bool,
 }
 
-/// The standard error of a sum of means, each times a factor, from their sums in each block; of a
-/// function of means the factors are its derivatives by them. `None` if a mean is computed from
-/// several, or if there are fewer than two blocks.
+impl Plateau {
+    /// The name of the figure of this slope, which is `what`.
+    pub fn named(&self, what: &str) -> String {
+        let lags = between(self.between);
+        if self.is_constant {
+            format!("{what} at long lags, {lags}")
+        } else {
+            format!("apparent {what} at long lags, {lags}, no plateau")
+        }
+    }
+}
+
+/// Blocks that are joined for the errors of lags as long as a block or longer, up to the joined
+/// length: their pairs begin before their block. Fewer: errors of shorter lags alone. More: of 32
+/// blocks too few are left.
+pub(super) const JOINED_BLOCKS: usize = 4;
+
+/// The standard error of a sum of means, each times a factor, from their sums in each block, so
+/// many of which are joined; of a function of means the factors are its derivatives by them. `None`
+/// if a mean is computed from several, or if there are fewer than two blocks.
 pub(super) fn error_of_sum(
     blocks: &[Sums],
+    joined: usize,
     terms: impl IntoIterator<Item = (BlockMean, f64)>,
 ) -> Option<f64> {
     let mut deviations = vec![0.0; blocks.len()];
@@ -92,6 +114,10 @@ pub(super) fn error_of_sum(
             *deviation += factor * (x - ratio * w) / weight;
         }
     }
+    let deviations: Vec<f64> = deviations
+        .chunks(joined)
+        .map(|part| part.iter().sum())
+        .collect();
     // The error of a sum over the blocks is that of their mean times their number.
     let count = deviations.len() as f64;
     let blocks = deviations
@@ -113,7 +139,14 @@ impl TransportCurve<'_> {
             value += factor * of_mean;
             terms.push((mean, factor * slope));
         }
-        let standard_error = error_of_sum(self.blocks, terms)?;
+        let is_within =
+            |&(place, _): &(usize, f64)| self.lags.get(place).is_none_or(|lag| *lag < self.block);
+        let joined = if factors.iter().all(is_within) {
+            1
+        } else {
+            JOINED_BLOCKS
+        };
+        let standard_error = error_of_sum(self.blocks, joined, terms)?;
         (value.is_finite() && standard_error > 0.0).then_some(TransportValue {
             value,
             standard_error,
@@ -287,6 +320,7 @@ mod tests {
             lags: &lags,
             means: &means,
             blocks: &blocks,
+            block: f64::INFINITY,
             of: Taken::Itself,
         };
         let found = curve.plateau(&memory).unwrap();
@@ -310,6 +344,7 @@ mod tests {
                 lags: &lags[..5],
                 means,
                 blocks,
+                block: f64::INFINITY,
                 of: Taken::Itself,
             };
             assert!(!curve.plateau(&memory).unwrap().is_constant);
@@ -321,6 +356,7 @@ mod tests {
             lags: &lags,
             means: &means,
             blocks: &blocks,
+            block: f64::INFINITY,
             of: Taken::Itself,
         };
         assert!(!curve.plateau(&lost).unwrap().is_constant);
@@ -328,6 +364,7 @@ mod tests {
             lags: &lags[..2],
             means: &means[..2],
             blocks: &blocks,
+            block: f64::INFINITY,
             of: Taken::Itself,
         };
         assert_eq!(curve.plateau(&memory), None);
@@ -343,6 +380,7 @@ mod tests {
             lags: &lags,
             means: &means,
             blocks: &blocks,
+            block: f64::INFINITY,
             of: Taken::MinusLogarithm,
         };
         let Plateau {
@@ -361,6 +399,7 @@ mod tests {
             lags: &lags,
             means: &negative,
             blocks: &blocks,
+            block: f64::INFINITY,
             of: Taken::MinusLogarithm,
         };
         assert_eq!(curve.plateau(&memory), None);
@@ -376,6 +415,7 @@ mod tests {
                 lags: &lags,
                 means: &means,
                 blocks: &blocks,
+                block: f64::INFINITY,
                 of: Taken::Itself,
             };
             let (found, _) = curve.integral().unwrap();
@@ -401,6 +441,7 @@ mod tests {
                 lags: &lags,
                 means: &means,
                 blocks: &blocks,
+                block: f64::INFINITY,
                 of: Taken::Itself,
             }
             .integral()
@@ -411,5 +452,35 @@ mod tests {
             "{found:?}"
         );
         assert!(of(0.5).is_none());
+    }
+
+    /// Blocks of a mean over pairs that begin up to four blocks before: neighbours share pairs, so
+    /// that single blocks give half of the error of joined ones.
+    #[test]
+    fn joined_blocks_have_the_error_of_pairs_that_overlap() {
+        // Uniform numbers from a mixing of bits (Appleby, MurmurHash3).
+        let noise = |step: u32| {
+            let mut bits = step.wrapping_mul(0x9e37_79b9);
+            for factor in [0x85eb_ca6b_u32, 0xc2b2_ae35] {
+                bits = (bits ^ (bits >> 15)).wrapping_mul(factor);
+            }
+            f64::from(bits ^ (bits >> 16)) / 2f64.powi(32)
+        };
+        let sum: Vec<f64> = (0..64u32)
+            .map(|block| (block..block + 4).map(noise).sum())
+            .collect();
+        let blocks: Vec<Sums> = sum.iter().map(|&x| vec![[x, 1.0]]).collect();
+        let mean = BlockMean {
+            value: Some(sum.iter().sum::<f64>() / 64.0),
+            standard_error: None,
+            quantity: Some(0),
+        };
+        let joined = error_of_sum(&blocks, JOINED_BLOCKS, [(mean, 1.0)]).expect("16 joined blocks");
+        // The sum of four numbers of variance 1/12, of which a mean over 64 blocks has 16.
+        let expected = (4.0 * 4.0 / 12.0 / 64.0_f64).sqrt();
+        assert!(
+            (0.6..1.6).contains(&(joined / expected)),
+            "{joined} {expected}"
+        );
     }
 }

@@ -299,11 +299,7 @@ impl Velocities {
         let first = values.next()?;
         let rise = |(lowest, rise): (f64, f64), h: f64| (h.min(lowest), rise.max(h - lowest));
         let (_, rise) = values.fold((first, 0.0), rise);
-        Some(Figure::new(
-            context.named("largest rise of H_x"),
-            rise,
-            "ln(time/length)",
-        ))
+        Some(Figure::new(context.named("largest rise of H_x"), rise, "1"))
     }
 
     /// χ² of the speeds against their distribution at fixed energy and momentum, over its degrees

@@ -13,6 +13,7 @@ use std::{
 use anyhow::{Result, ensure};
 pub use average::results as merged;
 pub use calibration::calibrations;
+use carom::Scene;
 use carom_tables::{Figure, Replica, Summary, SummaryFile, Table, Totals, Verdict};
 use clap::Args;
 use parts::MergedParts;
@@ -27,6 +28,7 @@ use crate::{
     output::{Destination, Folder, is_same_folder},
     record::{Record, RunRecord},
     report::{self, FolderState, RUNS},
+    units::units,
 };
 
 /// Options of `carom merge`.
@@ -77,7 +79,8 @@ pub fn run(options: &MergeOptions) -> Result<Verdict> {
     } = merged;
     manifest.complete(&folder, summary.totals.cpu_seconds())?;
     announce(&left_out.missing, &left_out.damaged, &left_out.words());
-    crate::conclude(&folder, &summary);
+    let units = units(&Scene::from_toml(&record.what)?)?;
+    crate::conclude(&folder, &summary, units.as_ref());
     let verdict = summary.verdict();
     Ok(if left_out.is_empty() {
         verdict

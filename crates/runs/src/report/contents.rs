@@ -6,7 +6,7 @@ use std::{collections::BTreeSet, fs};
 use anyhow::{Context, Result};
 use carom::Scene;
 use carom_report::page::DataChart;
-use carom_tables::{Check, Figure, OneRun, Summary, Table, Totals};
+use carom_tables::{Check, Figure, OneRun, ReportUnits, Summary, Table, Totals};
 use serde::Deserialize as _;
 use serde_json::Value;
 
@@ -20,8 +20,12 @@ use crate::{
     left_out::LeftOut,
     output::{Folder, MANIFEST},
     price::{PRICE, Price},
+    units::units,
     whole_box::MAPS,
 };
+
+/// The figure of the time at which the measurement started.
+pub const MEASURED_FROM: &str = "measured from";
 
 /// How a run has ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -59,6 +63,10 @@ pub(super) struct FolderContents {
     /// The scene in it.
     pub scene: Option<Scene>,
     pub summary: Option<Summary>,
+    /// The time from which on the run was measured, if it was found.
+    pub measured_from: Option<f64>,
+    /// The units in which the page shows figures and tables, if they are not those of the scene.
+    pub units: Option<ReportUnits>,
     /// What merged runs lack.
     pub left_out: LeftOut,
     pub tables: Vec<Table>,
@@ -111,6 +119,8 @@ impl FolderContents {
             }
             _ => None,
         };
+        // A folder that another version has written may ask for units that this one refuses.
+        let units = scene.as_ref().and_then(|scene| units(scene).ok().flatten());
         let [start, end] = PICTURES.map(|name| text(folder, name));
         let [density, order] = MAPS.map(|(name, _)| text(folder, name));
         let mut contents = Self {
@@ -119,7 +129,9 @@ impl FolderContents {
             again,
             configuration,
             scene,
+            measured_from: summary.as_ref().and_then(measured_from),
             summary,
+            units,
             left_out: left_out.and_then(Result::ok).unwrap_or_default(),
             tables: tables_file::tables(folder)?,
             drawings: tables_file::drawings(folder)?,
@@ -139,6 +151,22 @@ impl FolderContents {
         Ok(contents)
     }
 
+    /// The figures and tables in [`Self::units`], for the page of the folder itself.
+    pub fn in_own_units(mut self) -> Self {
+        let Some(units) = self.units else { return self };
+        for figure in self
+            .summary
+            .iter_mut()
+            .flat_map(|summary| &mut summary.figures)
+        {
+            units.apply_to_figure(figure);
+        }
+        for table in &mut self.tables {
+            units.apply_to_table(table);
+        }
+        self
+    }
+
     fn find_missing(&self) -> Vec<&'static str> {
         let has = |name: &str| self.names.iter().any(|other| other == name);
         let mut needed = vec!["config.toml", "summary.json", "tables.json"];
@@ -153,6 +181,11 @@ impl FolderContents {
         needed.retain(|name| !has(name));
         needed
     }
+}
+
+fn measured_from(summary: &Summary) -> Option<f64> {
+    let mut figures = summary.figures.iter();
+    Some(figures.find(|figure| figure.name == MEASURED_FROM)?.value)
 }
 
 /// The command in the words that repeat the run.

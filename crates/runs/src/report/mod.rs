@@ -23,11 +23,11 @@ use carom_tables::{Table, Verdict};
 use clap::Args;
 
 use contents::{FolderContents, FolderKind};
-pub use contents::{FolderState, RUNS};
+pub use contents::{FolderState, MEASURED_FROM, RUNS};
 pub use stationarity_in_words::stationarity_in_words;
 pub use tables_file::write as write_tables;
 pub use tests_in_words::tests_in_words;
-pub use verdict::{FIXED_BODIES, MEASURED_FROM, NOT_EXACT};
+pub use verdict::{FIXED_BODIES, NOT_EXACT};
 
 use crate::{
     output::{Folder, MANIFEST},
@@ -83,7 +83,7 @@ pub fn run(options: &ReportOptions) -> Result<Verdict> {
 }
 
 fn write_again(folder: &Folder) -> Result<()> {
-    let contents = FolderContents::read(folder, None)?;
+    let contents = FolderContents::read(folder, None)?.in_own_units();
     match contents.kind {
         FolderKind::Run | FolderKind::Merge => folder.write(PAGE, run_page::html(&contents)?),
         FolderKind::Sweep | FolderKind::Experiment => {
@@ -99,7 +99,7 @@ fn write_again(folder: &Folder) -> Result<()> {
 pub fn write(folder: &Folder, state: FolderState) -> Result<()> {
     folder.write(
         PAGE,
-        run_page::html(&FolderContents::read(folder, Some(state))?)?,
+        run_page::html(&FolderContents::read(folder, Some(state))?.in_own_units())?,
     )
 }
 

@@ -8,12 +8,15 @@ use carom_report::page::{DataChart, Page, PagePart};
 use carom_tables::{Figure, Summary};
 
 use super::{
-    contents::{FolderContents, FolderKind, FolderState},
+    contents::{FolderContents, FolderKind, FolderState, MEASURED_FROM},
     evidence::Charts,
     files,
-    verdict::{self, FIXED_BODIES, MEASURED_FROM},
+    verdict::{self, FIXED_BODIES},
 };
-use crate::{animation::FLIGHTS, schedule::stages, visible_region::caption_of, whole_box::MAPS};
+use crate::{
+    animation::FLIGHTS, schedule::stages, units::in_words, visible_region::caption_of,
+    whole_box::MAPS,
+};
 
 /// A longer scene file is not repeated on the page (bytes).
 const MAX_SCENE: usize = 100_000;
@@ -52,9 +55,11 @@ pub(super) fn html(contents: &FolderContents) -> Result<String> {
         page.animation(animation, &caption_of_animation(scene));
     }
     page.part(PagePart::Results);
-    page.heading("Figures");
     let summary = contents.summary.as_ref();
-    page.figures(&others);
+    if !others.is_empty() {
+        page.heading("Figures");
+        page.figures(&others);
+    }
     if let Some(price) = &contents.price {
         price.show(&mut page);
     }
@@ -130,6 +135,9 @@ fn notes(contents: &FolderContents, page: &mut Page) {
         .words()
         .iter()
         .for_each(|words| page.error(words));
+    if let Some(units) = &contents.units {
+        page.note(&in_words(units));
+    }
     if !missing.is_empty() {
         page.note(&format!("Missing from the folder: {missing}."));
     }
@@ -170,15 +178,10 @@ fn lead(contents: &FolderContents) -> String {
         }
         MeasureFrom::Time(_) => {}
         MeasureFrom::Auto => {
-            let figures = contents
-                .summary
-                .as_ref()
-                .map_or(&[][..], |summary| &summary.figures);
-            if let Some(from) = figures.iter().find(|figure| figure.name == MEASURED_FROM) {
+            if let Some(from) = contents.measured_from {
                 let _ = write!(
                     lead,
-                    " Measured from t = {} on, by run.measure_from = \"auto\"; series in time show the whole run.",
-                    from.value
+                    " Measured from t = {from} on, by run.measure_from = \"auto\"; series in time show the whole run."
                 );
             }
         }

@@ -19,7 +19,8 @@ pub fn stationarity_in_words(figures: &[(&str, &Figure)]) -> Option<String> {
     let (place, figure, found) = changing.first()?;
     let verb = if found.change < 0.0 { "falls" } else { "rises" };
     let share = (found.change / figure.value).abs();
-    let amount = if share.is_finite() && share < 10.0 {
+    // A quantity that decays changes by more than its mean.
+    let amount = if share < 1.0 {
         format!("{} %", with_error(two_digits(100.0 * share), None))
     } else {
         format!(

@@ -107,6 +107,32 @@ fn a_page_written_again_has_the_same_bytes() {
 }
 
 #[test]
+fn a_page_in_reduced_units_says_so_and_files_keep_those_of_the_scene() {
+    let root = tempfile::tempdir().unwrap();
+    let scene = GAS.replace("energy = 1.0", "temperature = 4.0");
+    let words = ["--set", "run.units=\"reduced\""];
+    let (_, plain) = run_in(root.path(), &scene, &[], "plain");
+    let (_, reduced) = run_in(root.path(), &scene, &words, "reduced");
+    let written = page(&reduced);
+    // σ = 0.08, ε = 4 and τ = 0.04.
+    assert!(
+        written.contains("σ = 0.08 (length), m = 1 (mass), ε = 4 (energy) and τ = σ√(m/ε) = 0.04")
+    );
+    assert!(written.contains("ε/σ²") && !page(&plain).contains("ε/σ²"));
+    assert_eq!(again(&reduced), written);
+    for file in ["tables.json", "pressure.csv"] {
+        let [of_plain, of_reduced] = [&plain, &reduced].map(|folder| fs::read(folder.join(file)));
+        assert_eq!(of_plain.unwrap(), of_reduced.unwrap(), "{file}");
+    }
+    let figures = |folder: &Path| {
+        let text = fs::read_to_string(folder.join("summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+        summary["figures"].clone()
+    };
+    assert_eq!(figures(&plain), figures(&reduced));
+}
+
+#[test]
 fn a_run_that_ends_with_an_error_leaves_its_page_and_summary() {
     let root = tempfile::tempdir().unwrap();
     let text = GAS

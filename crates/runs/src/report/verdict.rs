@@ -15,9 +15,6 @@ use super::{
 /// The first words of a note on a method that is not exact.
 pub const NOT_EXACT: &str = "NOT EXACT";
 
-/// The figure of the time at which the measurement started.
-pub const MEASURED_FROM: &str = "measured from";
-
 /// Name of the number of walls, bumpers and fixed molecules.
 pub const FIXED_BODIES: &str = "fixed bodies";
 

@@ -44,6 +44,7 @@ use crate::{
     sampling_times::sampling_times,
     schedule::{stage_edits, stages},
     terminal::note,
+    units::units,
 };
 
 /// Options of `carom run`.
@@ -184,6 +185,7 @@ fn finish(
 ) -> Result<Verdict> {
     let (folder, scene, parent) = (task.folder, place.scene, place.parent);
     place.tiles = Some(TileSummary::new(task.threads, &ended.tiles));
+    let units = units(scene)?;
     if let Some(error) = ended.error {
         let until = scene.run.until;
         let mut summary = ended.outcome.summary_of_failed(title, &task.method, until);
@@ -192,7 +194,7 @@ fn finish(
         let recorded = place.fail(summary.totals.cpu_seconds(), &error);
         let written = write_failed(folder, &ended.outcome, &summary, &error);
         let later = [recorded.err(), written.err()].into_iter().flatten();
-        crate::conclude(folder, &summary);
+        crate::conclude(folder, &summary, units.as_ref());
         return Err(Followed::by(error, ended.later.into_iter().chain(later)));
     }
     let mut summary = ended.outcome.summary(title, &task.method);
@@ -200,7 +202,7 @@ fn finish(
     let written = write_ended(folder, &ended.outcome, &summary, scene, &task.method);
     written.map_err(|error| place.record(error))?;
     place.complete(summary.totals.cpu_seconds())?;
-    crate::conclude(folder, &summary);
+    crate::conclude(folder, &summary, units.as_ref());
     Ok(summary.verdict())
 }
 

@@ -6,7 +6,7 @@ use carom::{
     engine::{MeasureFrom, ReactionCounts, RunSpec, TileCounters},
 };
 use carom_methods::{AnySimulation, Method};
-use carom_tables::{Check, Figure, OVERLAPPING_PAIRS, Summary, Totals};
+use carom_tables::{Check, Figure, OVERLAPPING_PAIRS, Summary, Totals, stationarity::MIN_JUDGED};
 use serde::{Deserialize, Serialize};
 
 use super::steps::{self, Output};
@@ -343,6 +343,12 @@ fn left_at_rest(view: &View<'_>) -> Vec<(String, u64)> {
         .collect()
 }
 
+/// Whether it was judged if means change, or no figure has an error.
+fn is_judged(figures: &[Figure]) -> bool {
+    let has_error = figures.iter().any(|figure| figure.standard_error.is_some());
+    !has_error || figures.iter().any(|figure| figure.stationarity.is_some())
+}
+
 /// The reactions that are or have been in force, by names that differ, and what they have done.
 fn reactions(view: &View<'_>) -> Vec<(String, ReactionCounts)> {
     let mut named: Vec<(String, ReactionCounts)> = Vec::new();
@@ -462,6 +468,11 @@ impl RunOutcome {
             note = format!(
                 "{note} Too little data for a figure of {}: run longer, or sample more often.",
                 self.results.silent.join(", ")
+            );
+        }
+        if !is_judged(&self.results.figures) {
+            note = format!(
+                "{note} Whether the means change was not judged: it takes {MIN_JUDGED} samples or more."
             );
         }
         if self.at_once[1] > 0 {

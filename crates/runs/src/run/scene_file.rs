@@ -15,7 +15,7 @@ use clap::Args;
 
 use super::{before_placement, parent::Parent, stop};
 use crate::schedule::stages;
-use crate::{foreign_frames::extended_xyz, measures, overrides::Override};
+use crate::{foreign_frames::extended_xyz, measures, overrides::Override, units::units};
 
 /// The only supported format of snapshots.
 pub const EXTENDED_XYZ: &str = "extxyz";
@@ -66,8 +66,10 @@ impl SceneFile {
             text => text.with_context(|| format!("cannot read the scene file {path}"))?,
         };
         let mut scene = Scene::from_toml(&text).map_err(|error| {
-            let is_study =
-                text.contains("[scene]") || text.contains("[scene.") || text.contains("[[scene.");
+            let begins = ["[scene]", "[scene.", "[[scene.", "[[vary]]", "scene ="];
+            let is_study = text
+                .lines()
+                .any(|line| begins.iter().any(|begin| line.starts_with(begin)));
             let hint = if is_study {
                 " (this is a study of many scenes: `carom sweep` runs it)"
             } else {
@@ -95,6 +97,7 @@ impl SceneFile {
         }
         scene.bounds.seed = self.seed.unwrap_or(scene.bounds.seed);
         check(&scene.run)?;
+        units(&scene)?;
         measures::requests(&scene)?;
         stages::check(&scene)?;
         let Some(parent) = parent else {
@@ -165,6 +168,7 @@ pub(super) fn tags(scene: &Scene) -> impl Iterator<Item = String> {
 /// The first invalid entry.
 pub(crate) fn validate(scene: &Scene) -> Result<()> {
     check(&scene.run)?;
+    units(scene)?;
     measures::requests(scene)?;
     stages::check(scene)?;
     stages::refuse_unknown_tags(scene, tags(scene))

@@ -67,7 +67,8 @@ fn line(cells: impl Iterator<Item = String>) -> String {
 /// Names and values of the columns.
 fn row(view: &View<'_>, measures: &Measures) -> Vec<(&'static str, Option<f64>)> {
     let moving = view.bodies().filter(|body| body.body.is_free()).count();
-    let per_body = (moving > 0).then(|| 2.0 * view.counters().collisions as f64 / moving as f64);
+    let per_body =
+        (moving > 0).then(|| view.counters().collisions_of_moving() as f64 / moving as f64);
     let mut row = vec![
         ("t", Some(view.time().to_f64())),
         ("kT", view.temperature()),

@@ -318,7 +318,7 @@ fn inelastic_gases() -> Vec<(&'static str, Scene)> {
 #[test]
 fn inelastic_gases_keep_their_bits_and_their_ledger() {
     for (name, scene) in inelastic_gases() {
-        let times = [2.0, 2.5, 9.0, 30.0].map(|contacts| time_of(&scene, 2.0 * contacts));
+        let times = [2.0, 2.5, 6.0, 12.0].map(|contacts| time_of(&scene, 2.0 * contacts));
         let (expected, _) = run(&scene, &Tiling::NONE, &times);
         assert!(expected.ledger.lost != 0.0, "{name}");
         assert!(
