@@ -534,8 +534,8 @@ pub struct RunSpec {
     /// The units of the figures and charts on the page, and of the figures in the terminal:
     /// `"reduced"`, which takes the diameter and the mass of the discs of the first gas that moves,
     /// and its `temperature`; or `{ length = σ, mass = m, energy = ε }` in the units of the scene,
-    /// each from 1e-60 to 1e60. The unit of time is σ √(m/ε). All other entries, files, `--json` and the
-    /// results in Python keep the units of the scene. Default: those of the scene.
+    /// each from 1e-60 to 1e60. The unit of time is σ √(m/ε). All other entries, files, `--json`
+    /// and the results in Python keep the units of the scene. Default: those of the scene.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[doc(alias = "lj")]
     pub units: Option<UnitsSpec>,

@@ -156,8 +156,8 @@ impl Context<'_> {
         named.filter_map(figure).collect()
     }
 
-    /// Means at these lags (time). The errors of lags as long as a block are those of joined blocks:
-    /// a block holds pairs whose first sample lies before it. Still longer lags have none.
+    /// Means at these lags (time). The errors of lags as long as a block are those of joined
+    /// blocks: a block holds pairs whose first sample lies before it. Still longer lags have none.
     pub fn resolved(&self, means: &[BlockMean], lags: &[f64]) -> Vec<BlockMean> {
         let of = |(mean, &lag): (&BlockMean, &f64)| BlockMean {
             standard_error: self.error_at(mean, lag),
