@@ -52,7 +52,7 @@ pub(crate) fn in_words(units: &ReportUnits) -> String {
         [units.length, units.mass, units.energy, units.time()].map(|unit| significant(unit, 6));
     format!(
         "Figures and charts are in units of σ = {length} (length), m = {mass} (mass), ε = {energy} (energy) and \
-         τ = σ√(m/ε) = {time} (time) of the scene. Text, numbers in names, pictures and files are in the units \
+         τ = σ√(m/ε) = {time} (time) of the scene. Times in sentences, numbers in names, pictures and files are in those \
          of the scene."
     )
 }
