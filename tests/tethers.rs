@@ -311,11 +311,11 @@ fn chains_grow_to_a_melt() {
 #[test]
 fn a_long_chain_is_placed() {
     let text = "[box]\nsides = [200.0, 200.0]\nseed = 4\n\
-        [[gas]]\nradius = 0.5\nmass = 1.0\ntemperature = 1.0\ncount = 500\n\
-        chain = { members = 500, tether = { max = 1.3 } }";
+        [[gas]]\nradius = 0.5\nmass = 1.0\ntemperature = 1.0\ncount = 1000\n\
+        chain = { members = 1000, tether = { max = 1.3 } }";
     let simulation = Simulation::new(&Scene::from_toml(text).unwrap()).unwrap();
     assert_eq!(simulation.view().overlaps().pairs, 0);
-    assert_eq!(simulation.view().bonds().count(), 499);
+    assert_eq!(simulation.view().bonds().count(), 999);
 }
 
 /// At distances of 1 to 2.5 contacts from the first more discs have room than touch at 2.5: 15.

@@ -3,7 +3,7 @@
 
 use crate::{Figure, Role, Table};
 
-/// ReportUnits of a reader, in the scene's own units.
+/// The units of a reader, in those of the scene.
 ///
 /// ```
 /// use carom_tables::{Figure, ReportUnits};

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::{
     HardDiscs,
-    transport::{JOINED_BLOCKS, error_of_sum},
+    transport::{error_of_sum, joined_at},
 };
 use crate::{
     append_file::AppendFiles,
@@ -170,15 +170,10 @@ impl Context<'_> {
         if lag < self.block {
             return mean.standard_error;
         }
-        let joined = self.joined_at(lag);
+        let joined = joined_at(lag, self.block);
         (lag < joined as f64 * self.block)
             .then(|| error_of_sum(self.blocks, joined, [(*mean, 1.0)]))
             .flatten()
-    }
-
-    /// The number of blocks that are joined for the error at a lag (time).
-    pub(super) fn joined_at(&self, lag: f64) -> usize {
-        if lag < self.block { 1 } else { JOINED_BLOCKS }
     }
 
     /// The means of one quantity of several, each of which has a mean at each of `all` lags, at the

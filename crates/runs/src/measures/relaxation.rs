@@ -15,7 +15,7 @@ use super::{
     known::Known,
     resumed,
     thermal::{FREE_FLIGHT, Thermal},
-    transport::{MIN_PAIRS, error_of_sum},
+    transport::{MIN_PAIRS, error_of_sum, joined_at},
 };
 
 /// Distance of the overlap in diameters of the largest body: that of the cage in a dense liquid
@@ -163,7 +163,8 @@ fn errors(
         let terms = terms(place)?;
         // A lag as long as all joined blocks has no error.
         terms[0].0.standard_error?;
-        error_of_sum(context.blocks, context.joined_at(points[place].lag), terms)
+        let joined = joined_at(points[place].lag, context.block);
+        error_of_sum(context.blocks, joined, terms)
     };
     (0..points.len()).map(error).collect()
 }

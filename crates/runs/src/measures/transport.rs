@@ -95,7 +95,13 @@ impl Plateau {
 /// Blocks that are joined for the errors of lags as long as a block or longer, up to the joined
 /// length: their pairs begin before their block. Fewer: errors of shorter lags alone. More: of 32
 /// blocks too few are left.
-pub(super) const JOINED_BLOCKS: usize = 4;
+const JOINED_BLOCKS: usize = 4;
+
+/// The number of blocks that are joined for the error at a lag, with the duration of a block
+/// (times).
+pub(super) fn joined_at(lag: f64, block: f64) -> usize {
+    if lag < block { 1 } else { JOINED_BLOCKS }
+}
 
 /// The standard error of a sum of means, each times a factor, from their sums in each block, so
 /// many of which are joined; of a function of means the factors are its derivatives by them. `None`
@@ -139,13 +145,11 @@ impl TransportCurve<'_> {
             value += factor * of_mean;
             terms.push((mean, factor * slope));
         }
-        let is_within =
-            |&(place, _): &(usize, f64)| self.lags.get(place).is_none_or(|lag| *lag < self.block);
-        let joined = if factors.iter().all(is_within) {
-            1
-        } else {
-            JOINED_BLOCKS
-        };
+        let lags = factors
+            .iter()
+            .filter_map(|&(place, _)| self.lags.get(place));
+        let longest = lags.copied().fold(0.0, f64::max);
+        let joined = joined_at(longest, self.block);
         let standard_error = error_of_sum(self.blocks, joined, terms)?;
         (value.is_finite() && standard_error > 0.0).then_some(TransportValue {
             value,

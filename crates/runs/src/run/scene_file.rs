@@ -66,10 +66,9 @@ impl SceneFile {
             text => text.with_context(|| format!("cannot read the scene file {path}"))?,
         };
         let mut scene = Scene::from_toml(&text).map_err(|error| {
-            let begins = ["[scene]", "[scene.", "[[scene.", "[[vary]]", "scene ="];
             let is_study = text
-                .lines()
-                .any(|line| begins.iter().any(|begin| line.starts_with(begin)));
+                .parse::<toml::Table>()
+                .is_ok_and(|table| ["scene", "vary"].iter().any(|key| table.contains_key(*key)));
             let hint = if is_study {
                 " (this is a study of many scenes: `carom sweep` runs it)"
             } else {
