@@ -4,9 +4,9 @@
 //! `carom brownian MOLECULE` writes a study of the molecule, and of a disc of the same area and
 //! mass as its control, in a gas, with the measure `kicks`, and runs it as `carom sweep` does.
 
-use std::{f64::consts::PI, fmt::Write as _, path::Path};
+use std::{f64::consts::PI, fmt::Write as _, fs, path::Path};
 
-use anyhow::{Result, ensure};
+use anyhow::{Context as _, Result, ensure};
 use carom::{
     Molecule, Scene,
     engine::{
@@ -41,6 +41,11 @@ pub struct BrownianOptions {
     /// Radius of the gas discs (length); default: 0.01
     #[arg(long, value_name = "LENGTH")]
     pub gas_radius: Option<f64>,
+    /// Molecules of the gas in place of discs: keys of `[[gas]]`, or a TOML file with them, such as
+    /// 'shape = "dumbbell", atom_radius = 0.01, atom_mass = 0.5', or for hinged dumbbells 'chain =
+    /// { members = 2, tether = { max = 1.3 } }'. What they leave open is that of the discs
+    #[arg(long, value_name = "KEYS")]
+    pub gas: Option<String>,
     /// Area fraction of the gas, at most 0.7; below 0.01 the shares of kicks by direction and by
     /// atom follow from the exposed arcs and are tested, and runs are longer. Default: 0.5
     #[arg(long, value_name = "FRACTION")]
@@ -288,7 +293,7 @@ impl BrownianOptions {
         })
     }
 
-    /// The scene of a gas of equal discs in a periodic square, without the molecule, and a small
+    /// The scene of a gas in a periodic square, of equal discs if nothing else is given, without the molecule, and a small
     /// fixed disc. A gas of nonzero momentum would flow as a wind; the fixed disc stops it
     /// (Montanari 2017, section 3.1.1).
     fn square(&self, molecule: &Molecule) -> Result<Scene> {
@@ -314,6 +319,14 @@ impl BrownianOptions {
             side >= least,
             "--side {side}: the molecule with a gas disc around it needs a box of at least {least:.6}"
         );
+        let discs = GasSpec {
+            tags: vec!["gas".to_owned()],
+            radius: Some(radius.into()),
+            mass: Some(GAS_MASS.into()),
+            energy: GAS_ENERGY,
+            area_fraction: Some(area_fraction),
+            ..GasSpec::default()
+        };
         let mut scene = Scene {
             bounds: BoxSpec {
                 sides: [side; 2],
@@ -325,13 +338,9 @@ impl BrownianOptions {
                 radius: 0.25 * radius,
                 at: [0.1 * side; 2],
             }],
-            gas: vec![GasSpec {
-                tags: vec!["gas".to_owned()],
-                radius: Some(radius.into()),
-                mass: Some(GAS_MASS.into()),
-                energy: GAS_ENERGY,
-                area_fraction: Some(area_fraction),
-                ..GasSpec::default()
+            gas: vec![match &self.gas {
+                Some(keys) => with_keys(&discs, keys)?,
+                None => discs,
             }],
             run: run_of_gas(radius, area_fraction),
             ..Scene::default()
@@ -342,6 +351,11 @@ impl BrownianOptions {
     }
 
     fn refuse_gas_options(&self, what: &str) -> Result<()> {
+        ensure!(
+            self.gas.is_none(),
+            "--gas: change it in {what} {}",
+            self.molecule.molecule
+        );
         for (option, value) in [
             ("--gas-radius", self.gas_radius),
             ("--area-fraction", self.area_fraction),
@@ -371,6 +385,9 @@ impl BrownianOptions {
                 let _ = write!(command, " --{option} {value}");
             }
         }
+        if let Some(gas) = &self.gas {
+            let _ = write!(command, " --gas {}", quoted(Path::new(gas)));
+        }
         if let Some(seed) = self.seed {
             let _ = write!(command, " --seed {seed}");
         }
@@ -379,6 +396,41 @@ impl BrownianOptions {
         }
         format!("{command} --out {}{}", quoted(folder), self.how.words())
     }
+}
+
+/// Keys of a gas that say what others say, too: with the first, the others are not those of the
+/// discs.
+const INSTEAD: [(&str, &[&str]); 6] = [
+    ("shape", &["radius", "mass"]),
+    ("atoms", &["radius", "mass"]),
+    ("ellipses", &["radius", "mass"]),
+    ("polygon", &["radius", "mass"]),
+    ("count", &["area_fraction"]),
+    ("temperature", &["energy"]),
+];
+
+/// A gas with these keys, in a text or in a file, and otherwise like the gas of discs.
+fn with_keys(discs: &GasSpec, keys: &str) -> Result<GasSpec> {
+    let text = if keys.ends_with(".toml") {
+        fs::read_to_string(keys).with_context(|| format!("--gas {keys}"))?
+    } else {
+        format!("gas = {{ {keys} }}")
+    };
+    let mut given: Table = text
+        .parse()
+        .with_context(|| format!("--gas: keys of [[gas]] are expected, not '{keys}'"))?;
+    if let Some(Value::Table(keys)) = given.remove("gas") {
+        given = keys;
+    }
+    let mut gas = Table::try_from(discs)?;
+    for (key, others) in INSTEAD {
+        if given.contains_key(key) {
+            others.iter().for_each(|other| drop(gas.remove(*other)));
+        }
+    }
+    gas.extend(given);
+    gas.try_into()
+        .with_context(|| format!("--gas: it is no [[gas]]: '{keys}'"))
 }
 
 /// The run of a gas of this density: its times, in proportion to the radius of the discs, and its
@@ -431,7 +483,6 @@ fn control(molecule: &Molecule, entry: &MoleculeSpec) -> MoleculeSpec {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::fs;
 
     fn options(words: &[&str]) -> BrownianOptions {
         crate::written_study::options(words)
@@ -443,6 +494,38 @@ mod tests {
 
     fn refused(words: &[&str]) -> String {
         format!("{:#}", options(words).study().unwrap_err())
+    }
+
+    #[test]
+    fn the_gas_may_be_of_any_molecules() {
+        let gas = |keys: &str| {
+            study(&[&TEE[..], &["--gas", keys]].concat()).points[0]
+                .scene
+                .clone()
+        };
+        let hinged = gas("chain = { members = 2, tether = { max = 1.3 } }");
+        assert!(hinged.gas[0].chain.is_some() && hinged.gas[0].area_fraction == Some(0.5));
+        assert_eq!(hinged.gas[0].radius, Some(0.01.into()));
+        let rods = gas("shape = \"dumbbell\", atom_radius = 0.008, atom_mass = 0.5, count = 300");
+        let [found] = &rods.gas[..] else {
+            panic!("one gas")
+        };
+        assert_eq!((found.count, found.area_fraction), (Some(300), None));
+        assert!(found.radius.is_none() && found.shape.is_some());
+        assert!(rods.expected_bodies().is_ok());
+        let root = tempfile::tempdir().unwrap();
+        let file = root.path().join("gas.toml");
+        fs::write(&file, "temperature = 2.0\n").unwrap();
+        let hot = gas(file.to_str().unwrap());
+        assert_eq!(hot.gas[0].temperature, Some(2.0));
+        for (keys, expected) in [
+            ("chain = {", "keys of [[gas]] are expected"),
+            ("radus = 0.1", "unknown field `radus`"),
+            ("none.toml", "--gas none.toml"),
+        ] {
+            let problem = refused(&[&TEE[..], &["--gas", keys]].concat());
+            assert!(problem.contains(expected), "{keys}: {problem}");
+        }
     }
 
     const TEE: [&str; 3] = ["tee", "--atom-radius", "0.005"];

@@ -41,7 +41,8 @@ pub struct LedgerPoint {
     /// The expected kinetic energy (mass × length² / time²).
     pub booked: f64,
     /// The largest of the energies lost in contacts, put in by edits, given by thermal walls, given
-    /// by the work of walls and taken by drag so far, by magnitude (mass × length² / time²).
+    /// by the work of walls and taken by drag so far, and of those exchanged at one step of a well,
+    /// by magnitude (mass × length² / time²).
     pub exchanged: f64,
     /// Total momentum (mass × length / time).
     pub momentum: DVec2,
@@ -100,7 +101,7 @@ impl Observer for EnergyLedger {
             time: view.time().to_f64(),
             energy: view.energy(),
             booked: ledger.booked(),
-            exchanged: largest_exchange(&ledger),
+            exchanged: largest_exchange(&ledger).max(view.largest_step()),
             momentum: view.momentum(),
         });
     }

@@ -33,5 +33,6 @@ fn _carom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(records::merge_records, module)?)?;
     module.add_function(wrap_pyfunction!(records::record_contents, module)?)?;
     module.add_function(wrap_pyfunction!(records::table_pictures, module)?)?;
+    module.add_function(wrap_pyfunction!(records::mean_of_series, module)?)?;
     Ok(())
 }

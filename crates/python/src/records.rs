@@ -11,8 +11,8 @@ use carom_runs::{
     record::{Record, SUMS},
     run,
 };
-use carom_tables::{Figure, Spacing, Table, Totals};
-use numpy::PyArray1;
+use carom_tables::{BlockSums, Figure, Spacing, Stationarity, Table, Totals, block_sums};
+use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::{
     prelude::*,
     types::{PyBytes, PyDict, PyList},
@@ -213,6 +213,37 @@ fn plain_table<'py>(py: Python<'py>, table: &Table) -> PyResult<Bound<'py, PyDic
     };
     plain.set_item("levels", table.levels.iter().map(level).collect::<Vec<_>>())?;
     Ok(plain)
+}
+
+/// The mean of a series at equal intervals of time, weighted, with its standard error and whether
+/// no change of it was found, as far as they are known. All weights are positive.
+#[pyfunction]
+#[allow(
+    clippy::needless_pass_by_value,
+    reason = "PyO3 gives arrays by value"
+)]
+pub fn mean_of_series(
+    values: PyReadonlyArray1<'_, f64>,
+    weights: PyReadonlyArray1<'_, f64>,
+) -> PyResult<(f64, Option<f64>, Option<bool>)> {
+    let (mut blocks, mut sums) = (BlockSums::default(), [0.0; 2]);
+    for (value, weight) in values.as_array().iter().zip(weights.as_array()) {
+        sums = [sums[0] + value * weight, sums[1] + weight];
+        blocks.record(|| vec![sums]);
+    }
+    let mean = blocks.means(&[sums])[0];
+    let blocks = block_sums::of_quantity(&blocks.blocks(), 0);
+    let span = [0.0, blocks.len() as f64];
+    let found = Stationarity::new(&[blocks], span).map(|found| found.is_stationary);
+    let value = mean
+        .value
+        .filter(|value| value.is_finite())
+        .context("the mean is not finite");
+    Ok((
+        value.map_err(errors::measure)?,
+        mean.standard_error,
+        found,
+    ))
 }
 
 /// The charts of a table as SVG.

@@ -39,6 +39,9 @@ def run(name, value, names):
 def test_examples_give_what_they_show(name, value, owner):
     if (".plot" in name or ".to_pandas" in name) and not has_optional_packages():
         pytest.skip("no Matplotlib or pandas")
+    for package in ("polars", "xarray"):
+        if f".to_{package}" in name:
+            pytest.importorskip(package)
     for member, package in {"to_ase": "ase", "to_freud": "freud", "to_gsd": "gsd.hoomd"}.items():
         if name.endswith(member):
             pytest.importorskip(package)

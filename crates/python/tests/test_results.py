@@ -108,6 +108,67 @@ def test_pandas_and_matplotlib_show_what_numpy_has():
         assert found.results._repr_html_()
 
 
+def test_polars_and_xarray_hold_what_numpy_has():
+    polars, xarray = pytest.importorskip("polars"), pytest.importorskip("xarray")
+    scene = carom.Scene(gas={"radius": 0.02, "mass": 1, "energy": 1, "count": 50, "tags": ["gas"]})
+    sim = carom.Simulation(scene)
+    correlation, fields = sim.measure("correlation", every=0.1), sim.measure("fields", of="gas", every=0.1)
+    sim.run(until=2)
+    table = correlation.table
+    frame, data = table.to_polars(), table.to_xarray()
+    assert isinstance(frame, polars.DataFrame) and isinstance(data, xarray.Dataset)
+    for name, values in table.columns.items():
+        assert np.array_equal(data[name].values, values.values, equal_nan=True)
+        assert np.array_equal(frame[name].to_numpy(), values.values, equal_nan=True)
+        assert data[name].attrs["units"] == values.unit
+    assert list(data.sizes) == ["lag"]
+    assert frame["mean_square_displacement"].is_nan().sum() == 0
+    grid = fields.table.to_xarray()
+    assert list(grid.sizes) == ["cell"] and len(grid.coords) == 2
+
+
+def test_the_mean_of_a_series_has_the_error_of_measures():
+    rng = np.random.default_rng(3)
+    # x' = a x + noise: the mean of n has the variance (1 + a)/(1 − a)/n, ten times that of single samples.
+    memory, n, found = 0.8, 4000, []
+    for _ in range(40):
+        noise = rng.normal(size=n) * np.sqrt(1 - memory**2)
+        x = np.empty(n)
+        x[0] = rng.normal()
+        for i in range(1, n):
+            x[i] = memory * x[i - 1] + noise[i]
+        found.append(carom.estimate(x))
+    exact = np.sqrt((1 + memory) / (1 - memory) / n)
+    errors = np.sqrt(np.mean([figure.standard_error**2 for figure in found]))
+    assert 0.85 < errors / exact < 1.15
+    assert np.abs([figure.value for figure in found]).max() < 4 * exact
+    assert sum(figure.stationary is True for figure in found) > 35
+    rising = carom.estimate(np.linspace(0, 1, 200) + rng.normal(size=200) * 0.01)
+    assert rising.stationary is False
+    assert carom.estimate([1.0]).standard_error is None
+    weighted = carom.estimate([1.0, 3.0], [1.0, 3.0], name="speed", unit="length/time")
+    assert (weighted.value, weighted.name, weighted.unit) == (2.5, "speed", "length/time")
+    for wrong in ([], [[1.0]], [1.0, np.nan]):
+        with pytest.raises(ValueError):
+            carom.estimate(wrong)
+    for weights in ([1.0], [0.0, 1.0], [-1.0, 1.0]):
+        with pytest.raises(ValueError):
+            carom.estimate([1.0, 2.0], weights)
+
+
+def test_a_function_is_sampled_at_equal_intervals():
+    gas = {"radius": 0.02, "mass": 1, "energy": 1, "count": 20}
+    sim, same = (carom.Simulation(carom.Scene(gas=gas, seed=1)) for _ in range(2))
+    times = sim.sample(lambda sim: sim.time, every=0.1, until=1.05)
+    assert np.allclose(times, np.arange(1, 11) * 0.1) and sim.time == 1.05
+    same.run(1.05)
+    assert np.array_equal(sim.positions, same.positions)
+    assert len(sim.sample(lambda sim: 0, every=10.0, until=1.1)) == 0 and sim.time == 1.1
+    for every in (0.0, -1.0, 1e-12):
+        with pytest.raises(ValueError):
+            sim.sample(lambda sim: 0, every=every, until=2.0)
+
+
 def test_replicas_merge_to_the_same_digits_in_any_order():
     parts = [carom.run(scene(replica=index), measures=["pressure"]) for index in range(3)]
     one = parts[0] + parts[1] + parts[2]

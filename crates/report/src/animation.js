@@ -8,6 +8,7 @@
   const LENGTH = 12;
   // Width of the close view, in units of the size of the molecule that it follows.
   const CLOSE = 7;
+  const LEAST_CLOSE = 2;
   // An impulse is shown for this share of the animation.
   const SHOWN = 0.02;
 
@@ -101,7 +102,10 @@
   // Outside a shown part of the box nothing is recorded.
   if (animation.watched !== null && !animation.window) {
     const name = animation.shapes[animation.bodies[animation.watched]].name || "the molecule";
-    const side = Math.min(CLOSE * 2 * reach[animation.bodies[animation.watched]], width, height);
+    // A large body is shown with less around it, so that the picture differs from the whole box.
+    const across = 2 * reach[animation.bodies[animation.watched]];
+    const least = Math.max(LEAST_CLOSE * across, 0.5 * Math.min(width, height));
+    const side = Math.min(CLOSE * across, least, width, height);
     views.push(
       view(`${name} in close-up, with each impulse on it as an arrow`, 1, (time) => {
         const [x, y] = stateAt(animation.watched, time);

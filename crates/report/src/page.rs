@@ -13,8 +13,8 @@ use std::fmt::Write as _;
 
 use base64::{Engine as _, prelude::BASE64_STANDARD};
 use carom_tables::{
-    Check, Figure, OneRun, Totals, grouped, in_parentheses, named, predicted, two_digits,
-    with_error,
+    Check, Figure, OneRun, Totals, grouped, in_parentheses, named, predicted as predicted_value,
+    two_digits, with_error,
 };
 use sha2::{Digest as _, Sha256};
 
@@ -231,8 +231,15 @@ impl Page {
         self.push(&table_html(header, rows));
     }
 
-    /// Adds a table of figures with units, errors, predictions and sources.
+    /// Adds a table of figures with units and errors, and with predictions and their sources where
+    /// there are any.
     pub fn figures(&mut self, figures: &[Figure]) {
+        let are_predicted = figures.iter().any(|figure| figure.prediction.is_some());
+        let [predicted, source] = if are_predicted {
+            ["<th>predicted</th>", "<th>source of the prediction</th>"]
+        } else {
+            [""; 2]
+        };
         let has_tests = figures
             .iter()
             .any(|figure| figure.smallest_difference.is_some());
@@ -243,14 +250,23 @@ impl Page {
         };
         let mut html = format!(
             "<div class=\"wide\"><table>\n<tr><th>figure (unit)</th><th>measured</th>\
-             <th>predicted</th>{least}<th>source of the prediction</th></tr>\n"
+             {predicted}{least}{source}</tr>\n"
         );
         for figure in figures {
             let measured = grouped(&with_error(figure.value, figure.standard_error));
-            let predicted = figure.prediction.map_or_else(
+            let value = figure.prediction.map_or_else(
                 || "–".to_owned(),
-                |value| grouped(&predicted(value, figure)),
+                |value| grouped(&predicted_value(value, figure)),
             );
+            let source = escape(figure.source.as_deref().unwrap_or(""));
+            let [value, source] = if are_predicted {
+                [
+                    format!("<td class=\"number\">{value}</td>"),
+                    format!("<td class=\"source\">{source}</td>"),
+                ]
+            } else {
+                [String::new(), String::new()]
+            };
             let least = figure
                 .smallest_difference
                 .map(|least| grouped(&with_error(two_digits(least), None)));
@@ -263,9 +279,8 @@ impl Page {
             let _ = writeln!(
                 html,
                 "<tr><td class=\"name\">{}</td><td class=\"number\">{measured}</td>\
-                 <td class=\"number\">{predicted}</td>{least}<td class=\"source\">{}</td></tr>",
+                 {value}{least}{source}</tr>",
                 escape(&named(&figure.name, &figure.unit)),
-                escape(figure.source.as_deref().unwrap_or("")),
             );
         }
         html.push_str("</table></div>\n");

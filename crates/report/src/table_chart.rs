@@ -19,6 +19,9 @@ const MAX_POINTS: usize = 4000;
 /// Half width of an error band, in standard errors.
 const BAND: f64 = 2.0;
 
+/// Most quantities that the title of a chart names.
+const MAX_LABELS: usize = 2;
+
 /// Draws the charts of a table: one for all neighbouring quantities of the same unit, or, over a
 /// [grid](Table::grid), a map of each quantity. A table with fewer than two points has none.
 ///
@@ -59,6 +62,7 @@ pub fn charts(table: &Table) -> Result<Vec<String>> {
     let places = Places::new(abscissa, table.spacing);
     let mut charts = Vec::new();
     for group in &groups {
+        let table = &titled(table, group, groups.len());
         if table.is_polar {
             charts.extend(polar(table, group)?);
         }
@@ -69,6 +73,25 @@ pub fn charts(table: &Table) -> Result<Vec<String>> {
         });
     }
     Ok(charts)
+}
+
+/// The table with a title that tells its charts, so many, apart: the quantities of this one.
+fn titled(table: &Table, group: &[&Column], charts: usize) -> Table {
+    let mut table = table.clone();
+    let curves = group.iter().filter(|column| column.role.is_curve());
+    let labels: Vec<String> = curves
+        .map(|column| column.label.replace('_', " "))
+        .collect();
+    if charts > 1 && !labels.is_empty() {
+        let rest = if labels.len() > MAX_LABELS {
+            ", …"
+        } else {
+            ""
+        };
+        let first = &labels[..labels.len().min(MAX_LABELS)];
+        table.title = format!("{}: {}{rest}", table.title, first.join(", "));
+    }
+    table
 }
 
 /// A quantity over a grid as a map with a colour bar.

@@ -212,6 +212,7 @@ impl Row<'_> {
         };
         let end: f64 = text
             .parse()
+            .ok()
             .with_context(|| format!("column `window_end`: '{text}'"))?;
         ensure!(
             end.is_finite() && end >= 0.0,
@@ -230,6 +231,7 @@ impl Row<'_> {
         let atom = |name| -> Result<u32> {
             let text = self.text(name)?;
             text.parse()
+                .ok()
                 .with_context(|| format!("column `{name}`: '{text}' is not the index of an atom"))
         };
         Ok(Some(ExpectedAnswer::Contact {
@@ -268,6 +270,7 @@ fn number(text: &str) -> Result<f64> {
     let value: f64 = text
         .trim()
         .parse()
+        .ok()
         .with_context(|| format!("'{text}' is not a number"))?;
     ensure!(
         value.abs() <= MAX_MAGNITUDE,
@@ -322,6 +325,7 @@ fn edge(text: &str) -> Result<([u32; 2], f64)> {
     };
     let index = |end: &str| -> Result<u32> {
         end.parse()
+            .ok()
             .with_context(|| format!("'{end}' in '{text}' is not the index of an atom"))
     };
     Ok(([index(first)?, index(second)?], number(radius)?))

@@ -327,6 +327,7 @@ fn dump(text: &str, requested: Option<usize>) -> Result<String> {
             let (number, line) = lines.next().context("the frame ends after its head")?;
             let found: usize = line
                 .parse()
+                .ok()
                 .with_context(|| format!("line {number}: '{line:.40}'"))?;
             ensure!(
                 found <= MAX_ATOMS,

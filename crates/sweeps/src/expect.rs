@@ -3,12 +3,10 @@
 
 use anyhow::{Context, Result, bail, ensure};
 use carom::engine::did_you_mean;
-use carom_tables::{Check, Figure, Role, Table, named, two_digits, with_error};
+use carom_tables::{Check, Figure, Role, Table, named, two_digits, with_error, without_numbers};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 use toml::Value;
-
-use crate::figure_name::without_numbers;
 
 /// Standard errors by which a quantity may differ if nothing else is given: of 1000 quantities, one
 /// in 16 sweeps exceeds it by chance.

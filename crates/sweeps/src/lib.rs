@@ -34,7 +34,6 @@ mod charts;
 pub mod cost;
 mod errors;
 pub mod expect;
-mod figure_name;
 mod hash;
 pub mod layout;
 pub mod merge;

@@ -36,6 +36,7 @@ impl FromStr for Shard {
         let number = |word: &str| {
             word.trim()
                 .parse()
+                .ok()
                 .with_context(|| format!("'{word}' is not a number"))
         };
         let (index, of): (u32, u32) = (number(index)?, number(of)?);

@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, fs, path::Path};
 use anyhow::{Context, Result, bail, ensure};
 use carom::engine::StopSpec;
 use carom_runs::{other_run::refuse_other, overrides::Override};
-use carom_tables::Figure;
+use carom_tables::{Figure, without_numbers};
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,7 +13,6 @@ use toml::{Table, Value};
 
 use crate::{
     expect::{Expect, ExpectationAnswer},
-    figure_name::without_numbers,
     point::{Key, StudyPoint},
     vary::{Vary, VarySpec},
 };

@@ -2,11 +2,9 @@
 
 use anyhow::Result;
 use carom_runs::output::Folder;
-use carom_tables::{Figure, named, two_digits, with_error};
+use carom_tables::{Figure, named, two_digits, with_error, without_numbers};
 
-use crate::{
-    figure_name::without_numbers, point::short, results::PointResults, study::Study, vary::Vary,
-};
+use crate::{point::short, results::PointResults, study::Study, vary::Vary};
 
 /// Name of the file.
 pub const TABLE: &str = "table.csv";

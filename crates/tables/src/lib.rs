@@ -15,6 +15,7 @@ pub mod blocking;
 pub mod calibration;
 pub mod chi_square;
 pub mod estimate;
+pub mod figure_name;
 pub mod numbers;
 pub mod power_law;
 pub mod run_sums;
@@ -28,6 +29,7 @@ pub use block_sums::{BlockMean, BlockSums, Sums};
 pub use blocking::Blocking;
 pub use calibration::Calibration;
 pub use estimate::Estimate;
+pub use figure_name::{is_named, without_numbers};
 pub use numbers::{
     fifteen_digits, grouped, in_parentheses, named, predicted, significant, two_digits, with_error,
 };

@@ -87,23 +87,50 @@ fn literal(number: f64) -> String {
     }
 }
 
-/// The value of an expression: numbers, `pi`, + − * / ^, parentheses, `sqrt`, `exp`, `ln`, `sin`,
-/// `cos` and `tan` (radians). `None` if it is none, or has no finite value.
+/// What an expression may hold, for messages.
+pub(crate) const WORDS: &str =
+    "numbers, pi, + - * / ^, parentheses, sqrt, exp, ln, sin, cos, tan (radians)";
+
+/// The value of an expression of [`WORDS`]; `**` is a power, too. `None` if it is none, or has no
+/// finite value.
 pub(crate) fn value_of(text: &str) -> Option<f64> {
-    if text.len() > MAX_LENGTH {
-        return None;
-    }
-    let mut parser = Parser {
-        rest: text,
-        depth: 0,
-    };
+    let mut parser = Parser::new(text)?;
     let value = parser.sum()?;
     (parser.next().is_none() && value.is_finite()).then_some(value)
+}
+
+/// Why a text that stands where a number is expected has no value, as a clause.
+pub(crate) fn problem_of(text: &str) -> String {
+    let Some(mut parser) = Parser::new(text) else {
+        return format!("it is longer than {MAX_LENGTH} characters");
+    };
+    match (parser.sum(), parser.unknown.take(), parser.next()) {
+        (_, Some(name), _) if name == "log" => {
+            "`log` is not known: the natural logarithm is `ln`".to_owned()
+        }
+        (_, Some(name), _) => format!("`{name}` is not known"),
+        (None, _, None) => "it ends too early".to_owned(),
+        (_, _, Some(character)) => format!("`{character}` is not understood there"),
+        (Some(value), _, None) => format!("its value is {value}"),
+    }
 }
 
 struct Parser<'a> {
     rest: &'a str,
     depth: usize,
+    /// The first name that is none of [`WORDS`].
+    unknown: Option<String>,
+}
+
+impl<'a> Parser<'a> {
+    /// Reads a text, unless it is too long.
+    fn new(text: &'a str) -> Option<Self> {
+        (text.len() <= MAX_LENGTH).then_some(Self {
+            rest: text,
+            depth: 0,
+            unknown: None,
+        })
+    }
 }
 
 impl Parser<'_> {
@@ -120,6 +147,14 @@ impl Parser<'_> {
             self.rest = &self.rest[requested.len_utf8()..];
         }
         found
+    }
+
+    /// Takes this text, if it comes next.
+    fn take_text(&mut self, requested: &str) -> bool {
+        self.rest = self.rest.trim_start();
+        let after = self.rest.strip_prefix(requested);
+        self.rest = after.unwrap_or(self.rest);
+        after.is_some()
     }
 
     /// Terms with + or − between them.
@@ -156,7 +191,7 @@ impl Parser<'_> {
             }
             let base = parser.atom()?;
             // −2^2 is −4, and 2^3^2 is 2^9, as in mathematics.
-            if parser.take('^') {
+            if parser.take('^') || parser.take_text("**") {
                 Some(base.powf(parser.signed()?))
             } else {
                 Some(base)
@@ -170,19 +205,22 @@ impl Parser<'_> {
             let value = self.deeper(Self::sum)?;
             return self.take(')').then_some(value);
         }
-        let name = self.taken(|c| c.is_ascii_alphabetic());
+        let name = self.taken(char::is_alphabetic);
         if name.is_empty() {
             return self.number();
         }
         let function: fn(f64) -> f64 = match name.as_str() {
-            "pi" => return Some(PI),
+            "pi" | "π" => return Some(PI),
             "sqrt" => f64::sqrt,
             "exp" => libm::exp,
             "ln" => libm::log,
             "sin" => libm::sin,
             "cos" => libm::cos,
             "tan" => libm::tan,
-            _ => return None,
+            _ => {
+                self.unknown.get_or_insert(name);
+                return None;
+            }
         };
         if !self.take('(') {
             return None;
@@ -236,6 +274,8 @@ mod tests {
             (" 1 + 2 * 3 ", 7.0),
             ("-2^2", -4.0),
             ("2^3^2", 512.0),
+            ("2**3**2*2", 1024.0),
+            ("2*π", 2.0 * PI),
             ("2^-1", 0.5),
             ("(1 + 2) * -3", -9.0),
             ("1e-3*2", 2e-3),
@@ -254,6 +294,25 @@ mod tests {
             &deep,
         ] {
             assert_eq!(value_of(text), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_expression_is_told_why() {
+        for (text, problem) in [
+            (
+                "log(2)",
+                "`log` is not known: the natural logarithm is `ln`",
+            ),
+            ("2*tau", "`tau` is not known"),
+            ("disc", "`disc` is not known"),
+            ("1/0", "its value is inf"),
+            ("2*", "it ends too early"),
+            ("0,01", "`,` is not understood there"),
+            ("sqrt 2", "`2` is not understood there"),
+            (&"1".repeat(300), "it is longer than 200 characters"),
+        ] {
+            assert_eq!(problem_of(text), problem, "{text}");
         }
     }
 
@@ -289,8 +348,10 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_text_hangs_or_panics(text in "[-+*/^()0-9.epi sqrt]{0,80}") {
-            let _ = value_of(&text);
+        fn no_text_hangs_or_panics(text in "[-+*/^()0-9.epi sqrtlog]{0,80}") {
+            let value = value_of(&text);
+            prop_assert!(value.is_none_or(f64::is_finite));
+            prop_assert!(!problem_of(&text).is_empty());
         }
     }
 }

@@ -1,5 +1,7 @@
 //! The known name nearest to a misspelt one, for error messages.
 
+use crate::scene::expressions::{WORDS, problem_of};
+
 /// Letters of a name for each edit that a suggestion may need, rounded up. Smaller: unrelated names
 /// are suggested. Larger: two slips in a short name find nothing.
 const LETTERS_PER_EDIT: usize = 3;
@@ -34,14 +36,55 @@ pub(crate) fn plain_words(error: &toml::de::Error, text: &str) -> String {
         .unwrap_or_default();
     let before = shown.trim_end().strip_suffix(message).unwrap_or(&shown);
     format!(
-        "{before}{}{}",
+        "{before}{}{}{}",
         in_words(message, place),
+        of_expression(message),
         suggestion(message)
     )
 }
 
+/// Why a text that stands in place of a number is no expression, as the end of a message of serde.
+fn of_expression(message: &str) -> String {
+    let text = message
+        .strip_prefix("invalid type: string \"")
+        .and_then(|rest| rest.rsplit_once("\", expected "))
+        .filter(|(_, expected)| {
+            let is_number = |kind: &&str| expected.starts_with(kind);
+            ["a number", "f64", "usize", "u64", "u32", "two numbers"]
+                .iter()
+                .any(is_number)
+        });
+    text.map_or_else(String::new, |(text, _)| {
+        format!("; as an expression: {} ({WORDS})", problem_of(text))
+    })
+}
+
+/// Beginnings of messages about TOML that a user of other formats meets, and what to write.
+const OF_TOML: [(&str, &str); 5] = [
+    (
+        "invalid mantissa",
+        "a number has a digit before its point: 0.5",
+    ),
+    (
+        "invalid fraction",
+        "a number has a digit after its point: 1.0",
+    ),
+    ("invalid exponent", "an exponent has digits: 1e-3"),
+    (
+        "unexpected leading zero",
+        "a number does not begin with a zero: 5 or 0.5",
+    ),
+    (
+        "string values must be quoted",
+        "a text has quotes, and the entries of a list have commas between them",
+    ),
+];
+
 /// A message of serde about this part of the text.
 fn in_words(message: &str, place: &str) -> String {
+    if let Some((_, words)) = OF_TOML.iter().find(|(begin, _)| message.starts_with(begin)) {
+        return (*words).to_owned();
+    }
     let table = place
         .trim()
         .strip_prefix('[')
@@ -108,6 +151,25 @@ mod tests {
         let text = "unknown field `radius`, expected one of `at`, `atom_radius`, `atom_mass`";
         assert_eq!(suggestion(text), "; did you mean `atom_radius`?");
         assert_eq!(suggestion("unknown field `xyz`, there are no fields"), "");
+    }
+
+    #[test]
+    fn numbers_that_toml_refuses_are_told_how_to_write() {
+        for (at, expected) in [
+            ("[.5, .5]", "digit before its point: 0.5"),
+            ("[1., 1.]", "digit after its point: 1.0"),
+            ("[5e-, 1]", "an exponent has digits"),
+            ("[05, 1]", "does not begin with a zero"),
+            ("[0.5 0.5]", "commas between them"),
+            (
+                "[\"log(2)\", 1]",
+                "`log` is not known: the natural logarithm is `ln`",
+            ),
+        ] {
+            let text = format!("[[molecule]]\nradius = 0.1\nmass = 1.0\nat = {at}\n");
+            let message = crate::Scene::from_toml(&text).unwrap_err().to_string();
+            assert!(message.contains(expected), "{at}: {message}");
+        }
     }
 
     #[test]

@@ -159,6 +159,23 @@ impl PairTable {
         ranges.fold(1.0, f64::max)
     }
 
+    /// The largest energy of a step of a well (mass × length² / time²), by magnitude; 0 without
+    /// wells.
+    pub(crate) fn largest_step(&self) -> f64 {
+        let steps = |well: &WellSpec| {
+            let outside = std::iter::once(0.0);
+            let energies: Vec<f64> = well
+                .steps
+                .iter()
+                .map(|step| step[1])
+                .chain(outside)
+                .collect();
+            let step = |pair: &[f64]| (pair[1] - pair[0]).abs();
+            energies.windows(2).map(step).fold(0.0, f64::max)
+        };
+        self.wells.iter().map(steps).fold(0.0, f64::max)
+    }
+
     /// The steps of the well of two bodies, each a range in distances at contact and an energy
     /// (mass × length² / time²), from the inside outwards; none without a well.
     #[inline]

@@ -389,6 +389,12 @@ impl<'a> View<'a> {
             })
     }
 
+    /// The largest energy that two discs exchange at a step of a well (mass × length² / time²); 0
+    /// without wells.
+    pub fn largest_step(&self) -> f64 {
+        self.world.pairs.largest_step()
+    }
+
     /// The potential energy of all wells (mass × length² / time²).
     pub fn energy_of_wells(&self) -> f64 {
         exact_sum(self.pairs_in_wells().map(|pair| pair.energy))

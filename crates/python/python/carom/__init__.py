@@ -33,7 +33,7 @@ from ._errors import (
 from ._html import Html
 from ._molecule import ExposedArc, ExposedSide, Molecule
 from ._replicas import measures, replicas, run
-from ._results import Column, Figure, Results, Table, open_run
+from ._results import Column, Figure, Results, Table, estimate, open_run
 from ._scene import Scene
 from ._simulation import Measure, Simulation, load
 
@@ -62,6 +62,7 @@ __all__ = [
     "Simulation",
     "Table",
     "__version__",
+    "estimate",
     "first_contact",
     "load",
     "measures",

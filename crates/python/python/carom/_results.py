@@ -13,14 +13,17 @@ import numpy as np
 from . import _carom
 from ._errors import MeasureError
 from ._html import escape, rows, with_error
+from ._plain import array, word
 from ._scene import Scene
 
 if TYPE_CHECKING:
     import matplotlib.axes
     import pandas  # type: ignore[import-untyped,unused-ignore]
-    from numpy.typing import NDArray
+    import polars
+    import xarray
+    from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Column", "Figure", "Results", "Table", "open_run"]
+__all__ = ["Column", "Figure", "Results", "Table", "estimate", "open_run"]
 
 
 @dataclass(frozen=True)
@@ -75,6 +78,51 @@ class Figure:
 
     def _repr_html_(self) -> str:
         return rows(_FIGURE, [_cells(self)])
+
+
+def estimate(
+    values: ArrayLike, weights: ArrayLike | None = None, *, name: str = "mean", unit: str = "1"
+) -> Figure:
+    """The mean of a series of your own, with the standard error of the measures.
+
+    The error is that of blocks of time, with their correlation: samples may be closer than the
+    system forgets.
+
+    Parameters
+    ----------
+    values : array_like, shape (n,)
+        The series, at equal intervals of time.
+    weights : array_like, shape (n,), optional
+        Positive weights, such as the number of bodies of each sample. Default: 1.
+    name, unit : str
+        Name and unit of the figure.
+
+    Returns
+    -------
+    Figure
+        ``standard_error`` is None with fewer than two values, ``stationary`` with fewer than 32.
+
+    Raises
+    ------
+    ValueError
+        The series is empty, has values that are not finite, or weights that are not positive.
+
+    Examples
+    --------
+    >>> import carom
+    >>> print(carom.estimate([1.0, 1.2, 0.9, 1.1] * 16, name="speed", unit="length/time"))
+    speed: 1.050 ± 0.016 length/time
+    """
+    series = array("values", values)
+    if series.ndim != 1 or not len(series):
+        raise ValueError(f"`values` must be a series of at least one number, but has shape {series.shape}")
+    weight = np.ones_like(series) if weights is None else array("weights", weights)
+    if weight.shape != series.shape:
+        raise ValueError(f"`weights` must have shape {series.shape}, but has {weight.shape}")
+    if (weight <= 0).any():
+        raise ValueError(f"`weights` must be positive, but the smallest is {weight.min()}")
+    value, error, stationary = _carom.mean_of_series(series, weight)
+    return Figure(word("name", name), value, error, word("unit", unit), None, None, stationary)
 
 
 _FIGURE = ["figure", "value", "unit", "prediction", "source"]
@@ -337,6 +385,45 @@ class Table:
         frame = pandas.DataFrame({name: self.to_numpy()[name] for name in self.columns})
         frame.attrs.update(units=self.units, title=self.title)
         return frame
+
+    def to_polars(self) -> polars.DataFrame:
+        """All columns as a data frame of polars, with nulls where there is no value. Needs polars.
+
+        Examples
+        --------
+        >>> table.to_polars().columns == list(table.columns)
+        True
+        """
+        try:
+            import polars
+        except ImportError as error:
+            raise ImportError("`to_polars` needs polars: pip install polars") from error
+        rows = self.to_numpy()
+        return polars.DataFrame({name: rows[name] for name in self.columns}, nan_to_null=True)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """All columns over the abscissa, with their units as attributes. Needs xarray.
+
+        Over a grid, which has two, the dimension is ``"cell"``.
+
+        Examples
+        --------
+        >>> table.to_xarray()["mean_square"].attrs["units"]
+        'length²/time²'
+        """
+        try:
+            import xarray
+        except ImportError as error:
+            raise ImportError("`to_xarray` needs xarray: pip install xarray") from error
+        rows = self.to_numpy()
+        places = [name for name, column in self.columns.items() if column.role == "abscissa"]
+        along = places[0] if len(places) == 1 else "cell"
+        of = {
+            name: (along, rows[name], {"units": column.unit, "long_name": column.label})
+            for name, column in self.columns.items()
+        }
+        coordinates = {name: of.pop(name) for name in places}
+        return xarray.Dataset(of, coords=coordinates, attrs={"title": self.title})
 
     def plot(
         self, column: str | None = None, *, ax: matplotlib.axes.Axes | None = None

@@ -506,6 +506,54 @@ class Simulation:
         finally:
             bar.close(self.time, self.collision_count)
 
+    def sample(
+        self, function: Callable[[Simulation], object], *, every: float, until: float
+    ) -> NDArray[Any]:
+        """Runs to a time, and calls a function of the simulation at equal intervals.
+
+        Parameters
+        ----------
+        function : callable
+            Gets the simulation, and returns a number or an array; it may edit the simulation.
+        every : float
+            Time between two calls; the first is one interval from now.
+        until : float
+            End of the run (time).
+
+        Returns
+        -------
+        numpy.ndarray
+            What the function has returned, one row a call; :func:`estimate` gives its mean.
+
+        Raises
+        ------
+        RunError
+            See :meth:`run`.
+        ValueError
+            ``every`` is not positive, or there would be more than 10⁸ calls.
+
+        Examples
+        --------
+        >>> import carom
+        >>> import numpy as np
+        >>> sim = carom.Simulation({"gas": [{"radius": 0.02, "mass": 1, "energy": 1, "count": 20}]})
+        >>> series = sim.sample(lambda sim: np.abs(sim.velocities[:, 0]).mean(), every=0.1, until=2.0)
+        >>> len(series), carom.estimate(series).value == series.mean()
+        (20, True)
+        """
+        start, spacing, end = self.time, number("every", every), number("until", until)
+        if not spacing > 0:
+            raise ValueError(f"`every` must be positive, but is {spacing}")
+        calls = (end - start) / spacing * (1 + 1e-12)
+        if calls > 1e8:
+            raise ValueError(f"`every`: there would be {calls:.3g} calls; at most 1e8 are allowed")
+        found = []
+        for call in range(1, int(max(calls, 0.0)) + 1):
+            self.run(min(start + call * spacing, end))
+            found.append(function(self))
+        self.run(end)
+        return np.asarray(found)
+
     def step(self, until: float | None = None) -> Collision | None:
         """Runs through the next collision.
 

@@ -112,12 +112,12 @@ impl<R: BufRead> Frames<R> {
             return Ok(false);
         }
         let first = self.number;
-        let count: u64 = self.line.trim().parse().with_context(|| {
-            format!(
+        let Ok(count) = self.line.trim().parse::<u64>() else {
+            bail!(
                 "line {first}: '{}' is not the number of atoms of a frame",
                 shortened(&self.line)
-            )
-        })?;
+            );
+        };
         ensure!(
             self.next_line()?,
             "line {first}: the file ends within a frame"
@@ -290,7 +290,7 @@ impl<'a> AtomWords<'a> {
     /// The natural number of a column.
     fn whole(&self, column: usize) -> Result<u64> {
         let text = self.word(column, 0)?;
-        text.parse().with_context(|| {
+        text.parse().ok().with_context(|| {
             format!(
                 "column {}: '{text}' is not a number from 0",
                 COLUMNS[column].0
@@ -316,6 +316,7 @@ impl<'a> AtomWords<'a> {
         }
         let text = self.word(10, axis)?;
         text.parse()
+            .ok()
             .with_context(|| format!("column map_shift: '{text}' is not a number of boxes"))
     }
 }
@@ -351,6 +352,7 @@ fn places(properties: &str) -> Result<Places> {
     for [name, kind, count] in columns {
         let count: usize = count
             .parse()
+            .ok()
             .with_context(|| format!("{name}: '{count}' is not a count"))?;
         if let Some(index) = COLUMNS.iter().position(|column| column.0 == *name) {
             let (_, expected, values) = COLUMNS[index];
@@ -408,6 +410,7 @@ fn numbers(text: &str) -> Result<Vec<f64>> {
 fn number(text: &str) -> Result<f64> {
     let value: f64 = text
         .parse()
+        .ok()
         .with_context(|| format!("'{}' is not a number", shortened(text)))?;
     ensure!(value.is_finite(), "{value} is not finite");
     Ok(value)

@@ -7,7 +7,7 @@ use super::frames::{AtomLine, TrajectoryFrame};
 /// Writes a frame in the atom style `bond`, with its velocities.
 ///
 /// The type of an atom is the kind of its molecule, from 1, with the mass of the first atom of that
-/// type. Molecules of LAMMPS are the chains. Every digit is kept. The image numbers are the boxes
+/// type; comments have the names of the kinds. Molecules of LAMMPS are the chains. Every digit is kept. The image numbers are the boxes
 /// that the molecule has crossed.
 pub(super) fn write(frame: &TrajectoryFrame, out: &mut impl Write) -> io::Result<()> {
     let (atoms, bonds) = (&frame.atoms, &frame.bonds);
@@ -32,7 +32,12 @@ pub(super) fn write(frame: &TrajectoryFrame, out: &mut impl Write) -> io::Result
         let mass = atoms.iter().find(of_kind).map_or(1.0, |atom| atom.mass);
         // A mass must be positive.
         let mass = if mass > 0.0 { mass } else { 1.0 };
-        writeln!(out, "{} {mass:?}", kind + 1)?;
+        let name = frame
+            .kinds
+            .get(kind as usize)
+            .filter(|name| !name.is_empty());
+        let name = name.map_or_else(String::new, |name| format!(" # {name}"));
+        writeln!(out, "{} {mass:?}{name}", kind + 1)?;
     }
     let chains = chains(frame);
     writeln!(out, "\nAtoms # bond\n")?;

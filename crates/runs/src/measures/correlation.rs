@@ -7,7 +7,6 @@ use super::{
     Context, MAX_LAG, MeasureKind, Measured, Of, Results, Span,
     hard_discs::SONINE,
     in_blocks, resumed,
-    slope::Slope,
     transport::{MIN_PAIRS, Plateau, Taken, TransportCurve, TransportValue},
 };
 
@@ -15,10 +14,9 @@ use super::{
 /// tail that falls as 1/t (Alder and Wainwright, Phys. Rev. A 1 (1970) 18) dominates.
 const FREE_TIMES: f64 = 5.0;
 
-/// The diffusion coefficient is the slope of the mean squared displacement between these lags (mean
-/// free times). It grows slowly with them.
-const SLOPE_FROM: f64 = 10.0;
-const SLOPE_TO: f64 = 40.0;
+/// The diffusion coefficient of theory is the slope of the mean squared displacement between these
+/// lags (mean free times). It grows slowly with them.
+const BETWEEN: [f64; 2] = [10.0, 40.0];
 
 /// Source of the fourth moment: at short lags the displacements are not Gaussian.
 const DIFFUSION: &str = "approximation, long lags: diffusion equation";
@@ -29,7 +27,12 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     of: Of::Group,
     span: Span::Measurement,
     parameters: &[MAX_LAG],
-    figures: &["diffusion coefficient", "apparent diffusion coefficient"],
+    figures: &[
+        "diffusion coefficient, from lags … to …",
+        "diffusion coefficient at long lags, … to …",
+        "apparent diffusion coefficient at long lags, … to …, no plateau",
+        "diffusion coefficient from velocities, up to lag …",
+    ],
     start: |selection| {
         let (interval, longest) = (selection.interval(), selection.longest_lag());
         Ok(in_blocks(TimeCorrelation::new(
@@ -83,9 +86,11 @@ impl Measured for TimeCorrelation {
         .caption(context.theory(
             "The slope of the autocorrelation at lag 0 is exactly minus its value times the collision rate Γ.",
         ));
+        let figures = coefficients(&lags, &squares, &products, context);
         Results {
             tables: vec![table],
-            figures: coefficients(&lags, &squares, &products, context),
+            is_too_short: figures.is_empty(),
+            figures,
             ..Results::default()
         }
     }
@@ -112,7 +117,7 @@ fn coefficients(
     let integral = curve(products)
         .integral()
         .map(|integral| of_velocities(integral, context));
-    diffusion(lags, squares, context)
+    diffusion(&curve(squares), context)
         .into_iter()
         .chain(plateau)
         .chain(integral)
@@ -150,12 +155,13 @@ fn exponential(lag: f64, context: &Context<'_>) -> Option<f64> {
 }
 
 /// The diffusion coefficient from the slope of the mean squared displacement.
-fn diffusion(lags: &[f64], squares: &[BlockMean], context: &Context<'_>) -> Option<Figure> {
+fn diffusion(squares: &TransportCurve<'_>, context: &Context<'_>) -> Option<Figure> {
     let gas = context.gas()?;
-    let slope = Slope::between([SLOPE_FROM, SLOPE_TO], lags, squares, gas)?;
-    let name = context.named(&format!(
-        "diffusion coefficient, from lags {}",
-        slope.lags()
-    ));
-    Some(Figure::new(name, 0.25 * slope.value, "length²/time").predicted(gas.diffusion(), SONINE))
+    let slope = squares.slope_between(BETWEEN.map(|times| times / gas.collision_rate()))?;
+    let name = context.named(&slope.named("diffusion coefficient"));
+    Some(
+        Figure::new(name, 0.25 * slope.value, "length²/time")
+            .error(slope.standard_error.map(|error| 0.25 * error))
+            .predicted(gas.diffusion(), SONINE),
+    )
 }

@@ -11,12 +11,10 @@ use serde::{Deserialize, Serialize};
 use crate::{record::MeasureRecord, sampling_times::sampling_count, schedule::stages};
 
 use super::{
-    Context, HardDiscs, Label, Measure, MeasureKind, Request, Results, Selection, Span,
-    correlation, heat_conductivity, k_atic,
+    Context, HardDiscs, Label, Measure, MeasureKind, Request, Results, Selection, Span, k_atic,
     kind::{FROM, UNTIL},
     overlap,
     request::find,
-    viscosity,
 };
 
 /// Samples of the run after which it is judged for the first time whether it has settled. Fewer:
@@ -263,8 +261,7 @@ impl Entry {
             }
         };
         results.figures = results.figures.into_iter().map(judged).collect();
-        let lacks_figures = results.figures.is_empty() && self.has_figures_in_time(hard_discs);
-        if head.is_asked && lacks_figures {
+        if head.is_asked && results.is_too_short {
             results.silent.push(self.name());
         }
         results.records.push(MeasureRecord {
@@ -296,13 +293,6 @@ impl Entry {
                 table.title = format!("{}, {word}", table.title);
             }
         }
-    }
-
-    /// Whether the measure has figures once the run is long enough.
-    fn has_figures_in_time(&self, hard_discs: &Result<HardDiscs, String>) -> bool {
-        let needs_gas =
-            [viscosity::KIND.name, heat_conductivity::KIND.name].contains(&self.kind.name);
-        needs_gas && hard_discs.is_ok() || self.kind.name == correlation::KIND.name
     }
 
     /// Whether it takes part in the search for the time from which on the run has settled, and now

@@ -215,6 +215,9 @@ pub struct Results {
     pub overlap_checks: u64,
     /// Sums, tables and figures of each measure, for merging with other runs.
     pub records: Vec<MeasureRecord>,
+    /// Whether a measure has no figure because the run was too short.
+    #[serde(skip)]
+    pub is_too_short: bool,
     /// Measures that the scene asks for and that have no figure because the run was too short.
     pub silent: Vec<String>,
 }

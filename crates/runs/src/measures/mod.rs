@@ -27,7 +27,7 @@ mod free_path;
 mod friction;
 mod front;
 mod hard_discs;
-mod heat_conductivity;
+mod helfand;
 mod hexatic_order;
 mod impulses;
 mod incidence;
@@ -54,7 +54,6 @@ mod request;
 mod running_average;
 mod selection;
 mod single;
-mod slope;
 mod structure_factor;
 mod structure_factor_map;
 mod temperature;
@@ -65,7 +64,6 @@ mod transport;
 mod van_hove;
 mod van_hove_distinct;
 mod velocities;
-mod viscosity;
 mod voronoi;
 mod wall_energy;
 mod wall_pressure;
@@ -76,7 +74,7 @@ use carom::{
     CollisionReport, Observer, Scene, View,
     engine::{Body, RunSpec},
 };
-use carom_tables::{Figure, Verdict};
+use carom_tables::{Figure, Verdict, is_named};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _, ser::Error as _};
 use serde_json::json;
 
@@ -132,8 +130,8 @@ pub const KINDS: [MeasureKind; 54] = [
     chain_relaxation::KIND,
     voronoi::KIND,
     free_path::KIND,
-    viscosity::KIND,
-    heat_conductivity::KIND,
+    helfand::VISCOSITY,
+    helfand::HEAT_CONDUCTIVITY,
     fields::KIND,
     profile::KIND,
     front::KIND,
@@ -253,7 +251,7 @@ impl Measures {
             .flat_map(|entry| entry.figures_of_whole_blocks(scene, MIN_BLOCKS));
         figures
             .into_iter()
-            .find(|figure| figure.name == name && figure.standard_error.is_some())
+            .find(|figure| is_named(&figure.name, name) && figure.standard_error.is_some())
     }
 
     /// Whether all measures have enough blocks to judge errors.

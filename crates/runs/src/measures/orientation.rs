@@ -20,8 +20,9 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     parameters: &[MAX_LAG],
     figures: &[
         "mean cos",
-        "rotational diffusion coefficient",
-        "apparent rotational diffusion coefficient",
+        "rotational diffusion coefficient D_r at long lags, … to …",
+        "apparent rotational diffusion coefficient D_r at long lags, … to …, no plateau",
+        "rotational diffusion coefficient D_r from angular velocities, up to lag …",
     ],
     start: |selection| {
         let (interval, longest) = (selection.interval(), selection.longest_lag());

@@ -7,9 +7,9 @@ use carom::Scene;
 use carom::engine::{MeasureParameter, MeasureSpec, did_you_mean};
 
 use super::{
-    KINDS, MeasureKind, heat_conductivity,
+    KINDS, MeasureKind, helfand,
     kind::{EVERY, INTERVAL, check_word},
-    lyapunov, viscosity,
+    lyapunov,
 };
 use crate::schedule::stages;
 
@@ -216,7 +216,7 @@ pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
         requests.push(Request { entry, ..request });
     }
     let needs_free_flight = |request: &&Request| {
-        [viscosity::KIND.name, heat_conductivity::KIND.name].contains(&request.kind.name)
+        [helfand::VISCOSITY.name, helfand::HEAT_CONDUCTIVITY.name].contains(&request.kind.name)
     };
     if stages::is_dragged(scene)
         && let Some(request) = requests.iter().find(needs_free_flight)
@@ -244,7 +244,7 @@ pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
     }
     let of_energy_flux = requests
         .iter()
-        .find(|request| request.kind.name == heat_conductivity::KIND.name);
+        .find(|request| request.kind.name == helfand::HEAT_CONDUCTIVITY.name);
     if let Some(request) = of_energy_flux
         && stages::has_wells(scene)
     {
@@ -314,8 +314,10 @@ fn refuse_sheared(requests: &[Request]) -> Result<()> {
 }
 
 /// Other names of measures, as in the literature and in other programs.
-const ALIASES: [(&str, &str); 17] = [
+const ALIASES: [(&str, &str); 19] = [
     ("msd", "correlation"),
+    ("mean-square-displacement", "correlation"),
+    ("diffusion", "correlation"),
     ("vacf", "correlation"),
     ("rdf", "pair-distribution"),
     ("g(r)", "pair-distribution"),

@@ -2,9 +2,7 @@
 //! square, or of the logarithm of a correlation, where it has become constant, and the integral of
 //! an autocorrelation.
 
-use carom_tables::{BlockMean, Estimate, Sums, block_sums::of_quantity};
-
-use super::slope::between;
+use carom_tables::{BlockMean, Estimate, Sums, block_sums::of_quantity, significant};
 
 /// Ratio of the lags at the ends of a piece of a curve. Smaller: noisier slopes. Larger: fewer
 /// pieces, and a plateau is found later.
@@ -83,13 +81,36 @@ pub(super) struct Plateau {
 impl Plateau {
     /// The name of the figure of this slope, which is `what`.
     pub fn named(&self, what: &str) -> String {
-        let lags = between(self.between);
+        let lags = from_to(self.between);
         if self.is_constant {
             format!("{what} at long lags, {lags}")
         } else {
             format!("apparent {what} at long lags, {lags}, no plateau")
         }
     }
+}
+
+/// The slope of a curve between two lags.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Slope {
+    /// The slope (unit of the curve / time).
+    pub value: f64,
+    /// Its standard error; `None` if the run has too few blocks.
+    pub standard_error: Option<f64>,
+    between: [f64; 2],
+}
+
+impl Slope {
+    /// The name of the figure of this slope, which is `what`.
+    pub fn named(&self, what: &str) -> String {
+        format!("{what}, from lags {}", from_to(self.between))
+    }
+}
+
+/// Two lags, for the name of a figure.
+fn from_to([begin, end]: [f64; 2]) -> String {
+    let [begin, end] = [begin, end].map(|lag| significant(lag, 3));
+    format!("{begin} to {end}")
 }
 
 /// Blocks that are joined for the errors of lags as long as a block or longer, up to the joined
@@ -162,6 +183,22 @@ impl TransportCurve<'_> {
         self.combination(&[(to, per_time), (from, -per_time)])
     }
 
+    /// The slope between the first lags of at least these (time); `None` if the curve is too short
+    /// or too coarse.
+    pub(super) fn slope_between(&self, lags: [f64; 2]) -> Option<Slope> {
+        let [from, to] = lags.map(|least| self.lags.iter().position(|&lag| lag >= least));
+        let (from, to) = (from?, to?);
+        let value = |place: usize| self.means.get(place)?.value;
+        let between = [self.lags[from], self.lags[to]];
+        let duration = between[1] - between[0];
+        let rise = value(to)? - value(from)?;
+        (duration > 0.0).then(|| Slope {
+            value: rise / duration,
+            standard_error: self.slope(from, to).map(|slope| slope.standard_error),
+            between,
+        })
+    }
+
     /// The places of the longest lag with an error, of one at most half as long, and so on.
     fn ends(&self) -> Vec<usize> {
         let mut ends = Vec::new();
@@ -221,8 +258,10 @@ impl TransportCurve<'_> {
         }
     }
 
-    /// The integral of the curve from lag 0 to the longest lag with an error, and that lag. `None`
-    /// if the samples do not resolve it.
+    /// The integral of the curve from lag 0 to the first lag at which it is not above its error, or
+    /// to the longest one with an error, and that lag. `None` if the samples do not resolve it.
+    ///
+    /// From there on the integral would gain more of noise than of the curve.
     ///
     /// Lags are up to twice as long as those before them. So the curve is taken as an exponential
     /// between two of them: the trapezoidal rule makes ∫ exp(−t) too large by 4 % with the lags …,
@@ -236,6 +275,8 @@ impl TransportCurve<'_> {
             .iter()
             .take(self.lags.len())
             .rposition(|mean| mean.standard_error.is_some())?;
+        let is_noise = |place: &usize| value(*place) <= self.means[*place].standard_error;
+        let last = (2..last).find(is_noise).unwrap_or(last);
         if !is_resolved || last < 2 {
             return None;
         }

@@ -181,7 +181,7 @@ fn lead(contents: &FolderContents) -> String {
             if let Some(from) = contents.measured_from {
                 let _ = write!(
                     lead,
-                    " Measured from t = {from} on, by run.measure_from = \"auto\"; series in time show the whole run."
+                    " Measured from t = {from} on, by run.measure_from = \"auto\"."
                 );
             }
         }

@@ -18,6 +18,9 @@ pub const NOT_EXACT: &str = "NOT EXACT";
 /// Name of the number of walls, bumpers and fixed molecules.
 pub const FIXED_BODIES: &str = "fixed bodies";
 
+/// A value leads a page only if it is so many times its standard error.
+const CLEAR: f64 = 3.0;
+
 /// The verdict of a run or of merged runs.
 pub(super) fn sentence(contents: &FolderContents) -> String {
     let Some(summary) = &contents.summary else {
@@ -73,9 +76,12 @@ fn what(contents: &FolderContents, summary: &Summary) -> String {
 }
 
 /// The figure that a reader looks for: the first with an error and a prediction; what every run
-/// measures, the collision rate, comes after what the scene asks for.
+/// measures, the collision rate, comes after what the scene asks for, and what is only apparent or lost in
+/// its error comes last. What is 0 by symmetry is a test of the run and no answer.
 pub(super) fn main_figure(figures: &[Figure]) -> Option<&Figure> {
-    let has_error = |figure: &&Figure| figure.standard_error.is_some_and(|error| error > 0.0);
+    let has_error = |figure: &&Figure| {
+        figure.standard_error.is_some_and(|error| error > 0.0) && figure.prediction != Some(0.0)
+    };
     let is_own = |figure: &&Figure| !figure.name.starts_with("collisions per");
     let predicted = || {
         figures
@@ -83,16 +89,29 @@ pub(super) fn main_figure(figures: &[Figure]) -> Option<&Figure> {
             .filter(has_error)
             .filter(|figure| figure.prediction.is_some())
     };
-    let own = figures.iter().filter(has_error).find(is_own);
+    let is_clear = |figure: &&Figure| {
+        let error = figure.standard_error.unwrap_or(0.0);
+        !figure.name.starts_with("apparent") && figure.value.abs() > CLEAR * error
+    };
+    let own = || figures.iter().filter(has_error).filter(is_own);
     predicted()
         .find(is_own)
         .or_else(|| predicted().next())
-        .or(own)
+        .or_else(|| own().find(is_clear))
+        .or_else(|| own().next())
 }
 
 fn measured(figure: &Figure) -> String {
     let value = with_error(figure.value, figure.standard_error);
-    let mut text = format!("Measured: {} {value}", named(&figure.name, &figure.unit));
+    let changes = figure
+        .stationarity
+        .is_some_and(|found| !found.is_stationary);
+    let measured = if changes {
+        "Mean while it changed"
+    } else {
+        "Measured"
+    };
+    let mut text = format!("{measured}: {} {value}", named(&figure.name, &figure.unit));
     if let (Some(prediction), Some(error)) = (figure.prediction, figure.standard_error) {
         let away = (figure.value - prediction).abs() / error;
         let prediction = with_error(prediction, None);
@@ -131,6 +150,16 @@ mod tests {
             name(&[rate.clone(), plain.clone()]).as_deref(),
             Some("collisions per body")
         );
+        let symmetric = Figure::new("mean cos", 0.01, "1")
+            .error(0.1)
+            .predicted(0.0, "isotropy");
+        let apparent = Figure::new("apparent D", 1.0, "1").error(0.01);
+        let lost = Figure::new("D", 1.0, "1").error(4.0);
+        assert_eq!(
+            name(&[apparent, lost, plain.clone()]).as_deref(),
+            Some("order")
+        );
+        assert_eq!(name(&[symmetric, plain.clone()]).as_deref(), Some("order"));
         assert_eq!(name(&[plain]).as_deref(), Some("order"));
         assert_eq!(name(&[Figure::new("bodies", 1.0, "1")]), None);
         assert_eq!(

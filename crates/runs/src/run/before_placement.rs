@@ -7,6 +7,7 @@ use carom::{
     engine::{Placement, did_you_mean},
 };
 use carom_methods::AnySimulation;
+use carom_tables::without_numbers;
 
 use crate::measures::{Measures, requests};
 use crate::schedule::stage_edits;
@@ -93,7 +94,8 @@ fn refuse_unknown_figure(scene: &Scene) -> Result<()> {
     let is_known = known.iter().any(|(begin, whole)| {
         let end = whole.strip_prefix(begin.as_str()).unwrap_or_default();
         // The heat of a thermostat is named by the tag that it heats.
-        name.starts_with(begin) && (name.ends_with(end) || begin.starts_with("heat given"))
+        let begins = name.starts_with(begin) || without_numbers(name).starts_with(begin);
+        begins && (name.ends_with(end) || begin.starts_with("heat given"))
     });
     ensure!(
         is_known,
@@ -118,6 +120,26 @@ mod tests {
     fn refused(more: &str) -> String {
         let scene = Scene::from_toml(&format!("{GAS}{more}")).unwrap();
         refuse(&scene).map_or_else(|error| format!("{error:#}"), |()| String::new())
+    }
+
+    #[test]
+    fn figures_of_lags_are_named_without_them() {
+        let stop = |figure: &str| {
+            format!(
+                "[run]\nobserve = [\"msd:gas\"]\n[run.stop]\nfigure = \"{figure}\"\nrelative_error = 0.1\n"
+            )
+        };
+        for figure in [
+            "diffusion coefficient at long lags, … to …, gas",
+            "diffusion coefficient at long lags, 4 to 40, gas",
+        ] {
+            assert_eq!(refused(&stop(figure)), "");
+        }
+        let problem = refused(&stop("diffusion coefficient, gas"));
+        assert!(
+            problem.contains("'diffusion coefficient at long lags, … to …'"),
+            "{problem}"
+        );
     }
 
     #[test]

@@ -7,7 +7,7 @@ use carom::{
     Scene, View,
     engine::{StopSpec, did_you_mean},
 };
-use carom_tables::Figure;
+use carom_tables::{Figure, is_named};
 
 use crate::measures::Measures;
 
@@ -101,7 +101,7 @@ pub(crate) fn is_met(scene: &Scene, view: &View<'_>, measures: &Measures) -> Res
     }
     if measures.are_settled() {
         let figures = measures.figures_with_errors(scene);
-        if !figures.contains(name) {
+        if !figures.iter().any(|figure| is_named(figure, name)) {
             bail!(
                 "run.stop.figure: the run has no figure '{name}' with a standard error{}; it has {}",
                 did_you_mean(name, figures.iter().map(String::as_str)),

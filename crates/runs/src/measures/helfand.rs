@@ -1,0 +1,258 @@
+//! `viscosity` and `heat-conductivity`: from the Helfand moments of the stress and of the energy.
+
+use carom::{CollisionReport, Observer, View, engine::Body, observers::HelfandMoment};
+use carom_tables::{BlockMean, Figure, Sums, Table};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Context, HardDiscs, MAX_LAG, MeasureKind, Measured, Of, Results, Selection, Span,
+    hard_discs::SONINE,
+    in_blocks, resumed,
+    transport::{Slope, Taken, TransportCurve},
+};
+
+/// The coefficient is the slope of the mean square between these lags (mean free times).
+const BETWEEN: [f64; 2] = [5.0, 20.0];
+
+pub(super) const VISCOSITY: MeasureKind = MeasureKind {
+    name: "viscosity",
+    summary: "shear viscosity of the whole system from the Helfand moment of the stress",
+    of: Of::System,
+    span: Span::Measurement,
+    parameters: &[MAX_LAG],
+    figures: &["shear viscosity, from lags … to …"],
+    start: |selection| {
+        let (interval, longest) = lags(selection);
+        let moment = HelfandMoment::new(interval, longest)?;
+        Ok(in_blocks(Helfand::new(moment, Coefficient::Viscosity)))
+    },
+    resume: resumed::<Helfand>,
+};
+
+pub(super) const HEAT_CONDUCTIVITY: MeasureKind = MeasureKind {
+    name: "heat-conductivity",
+    summary: "heat conductivity of the whole system from the Helfand moment of the energy",
+    of: Of::System,
+    span: Span::Measurement,
+    parameters: &[MAX_LAG],
+    figures: &["heat conductivity λ/k, from lags … to …"],
+    start: |selection| {
+        let (interval, longest) = lags(selection);
+        let moment = HelfandMoment::of_energy(interval, longest)?;
+        Ok(in_blocks(Helfand::new(
+            moment,
+            Coefficient::HeatConductivity,
+        )))
+    },
+    resume: resumed::<Helfand>,
+};
+
+/// The spacing of the samples and the longest lag (time).
+fn lags(selection: &Selection<'_>) -> (f64, f64) {
+    (selection.interval(), selection.longest_lag())
+}
+
+/// A Helfand moment, with what its slope is divided by.
+#[derive(Serialize, Deserialize)]
+struct Helfand {
+    of: Coefficient,
+    moment: HelfandMoment,
+    /// Sum of kT over the samples (mass × length² / time²), and their number.
+    temperatures: [f64; 2],
+    /// Contacts of bodies that move, and time, at the first and at the last sample.
+    contacts: Option<[(u64, f64); 2]>,
+    /// The box and the bodies at the first sample.
+    system: Option<System>,
+}
+
+/// What a Helfand moment is measured for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+enum Coefficient {
+    Viscosity,
+    HeatConductivity,
+}
+
+/// The box and the bodies of a run.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct System {
+    /// Area of the box (length²).
+    area: f64,
+    /// Number of bodies that move.
+    moving: usize,
+    /// Whether momentum is conserved along both axes.
+    conserves_momentum: bool,
+    /// Whether all bodies have the same mass and moment of inertia.
+    is_pure: bool,
+}
+
+impl System {
+    fn new(view: &View<'_>) -> Self {
+        let inertias = || {
+            view.bodies()
+                .filter(|body| body.body.is_free())
+                .map(|body| body.body.molecule())
+                .map(|molecule| (molecule.mass(), molecule.moment_of_inertia()))
+        };
+        let first = inertias().next();
+        Self {
+            area: view.bounds().area(),
+            moving: inertias().count(),
+            conserves_momentum: view.centre_of_mass_frame().conserves_momentum() == [true; 2],
+            is_pure: inertias().all(|inertia| Some(inertia) == first),
+        }
+    }
+}
+
+impl Helfand {
+    fn new(moment: HelfandMoment, of: Coefficient) -> Self {
+        Self {
+            of,
+            moment,
+            temperatures: [0.0; 2],
+            contacts: None,
+            system: None,
+        }
+    }
+
+    /// Contacts of a body that moves by time; `None` before the second sample.
+    fn collision_rate(&self) -> Option<f64> {
+        let [(first, start), (last, end)] = self.contacts?;
+        let rate = (last - first) as f64 / (self.system?.moving as f64 * (end - start));
+        (rate.is_finite() && rate > 0.0).then_some(rate)
+    }
+
+    /// Why the slope of the mean square is no coefficient of the system, if it is none.
+    fn obstacle(&self, context: &Context<'_>) -> Option<&'static str> {
+        let system = self.system?;
+        if !system.conserves_momentum {
+            return Some("fixed bodies or walls take up momentum");
+        }
+        if !context.is_equilibrium {
+            return Some("the system is not left alone at equilibrium");
+        }
+        let is_heat = self.of == Coefficient::HeatConductivity;
+        (is_heat && !system.is_pure).then_some("the bodies differ, so that they carry enthalpy")
+    }
+
+    /// The coefficient from the slope of the mean square between these lags.
+    fn coefficient(
+        &self,
+        lags: &[f64],
+        means: &[BlockMean],
+        context: &Context<'_>,
+    ) -> Option<Figure> {
+        let curve = TransportCurve {
+            lags,
+            means,
+            blocks: context.blocks,
+            block: context.block,
+            of: Taken::Itself,
+        };
+        let rate = self.collision_rate()?;
+        let slope: Slope = curve.slope_between(BETWEEN.map(|times| times / rate))?;
+        let [sum, samples] = self.temperatures;
+        let (kt, area) = (sum / samples, self.system?.area);
+        let (name, per_slope, unit) = match self.of {
+            Coefficient::Viscosity => ("shear viscosity", 2.0 * area * kt, "mass/time"),
+            Coefficient::HeatConductivity => {
+                ("heat conductivity λ/k", 2.0 * area * kt * kt, "1/time")
+            }
+        };
+        let theory = match self.of {
+            Coefficient::Viscosity => HardDiscs::viscosity,
+            Coefficient::HeatConductivity => HardDiscs::heat_conductivity,
+        };
+        let name = context.named(&slope.named(name));
+        Some(
+            Figure::new(name, slope.value / per_slope, unit)
+                .error(slope.standard_error.map(|error| error / per_slope))
+                .predicted(context.gas().map(theory), SONINE),
+        )
+    }
+
+    /// The table of the mean square, without its caption.
+    fn table(&self, lags: &[f64], means: &[BlockMean], context: &Context<'_>) -> Table {
+        let (name, title, unit) = match self.of {
+            Coefficient::Viscosity => (
+                VISCOSITY.name,
+                "Mean squared Helfand moment of the shear stress",
+                "mass²·length⁴/time²",
+            ),
+            Coefficient::HeatConductivity => (
+                HEAT_CONDUCTIVITY.name,
+                "Mean squared Helfand moment of the energy",
+                "mass²·length⁶/time⁴",
+            ),
+        };
+        let points = self.moment.points();
+        Table::new(context.table(name), title)
+            .logarithmic()
+            .abscissa("lag", "time", lags.to_vec())
+            .counts(
+                "origins",
+                points.iter().map(|point| point.origins).collect(),
+            )
+            .means("mean_square", unit, means)
+    }
+}
+
+impl Observer for Helfand {
+    fn watches(&self, bodies: [&Body; 2]) -> bool {
+        self.moment.watches(bodies)
+    }
+
+    fn start(&mut self, view: &View<'_>) {
+        self.moment.start(view);
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        self.moment.collision(report);
+    }
+
+    fn sample(&mut self, view: &View<'_>) {
+        self.moment.sample(view);
+        self.system.get_or_insert_with(|| System::new(view));
+        if let Some(kt) = view.temperature() {
+            self.temperatures[0] += kt;
+            self.temperatures[1] += 1.0;
+        }
+        let now = (view.counters().collisions_of_moving(), view.time().to_f64());
+        self.contacts.get_or_insert([now; 2])[1] = now;
+    }
+}
+
+impl Measured for Helfand {
+    fn sums(&self) -> Sums {
+        self.moment.sums()
+    }
+
+    fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
+        let points = self.moment.points();
+        let lags: Vec<f64> = points.iter().map(|point| point.lag).collect();
+        let means = context.resolved(means, &lags);
+        let table = self.table(&lags, &means, context);
+        if let Some(obstacle) = self.obstacle(context) {
+            let caption = format!("Its slope is no coefficient of the system: {obstacle}.");
+            return Results {
+                tables: vec![table.caption(caption)],
+                ..Results::default()
+            };
+        }
+        let caption = match self.of {
+            Coefficient::Viscosity => "Its slope over 2 A kT is the shear viscosity.",
+            Coefficient::HeatConductivity => {
+                "Its slope over 2 A (kT)² is the heat conductivity by k."
+            }
+        };
+        let figures: Vec<Figure> = self
+            .coefficient(&lags, &means, context)
+            .into_iter()
+            .collect();
+        Results {
+            tables: vec![table.caption(caption)],
+            is_too_short: figures.is_empty(),
+            figures,
+            ..Results::default()
+        }
+    }
+}
