@@ -44,6 +44,7 @@ mod shear;
 mod sides;
 mod sinking;
 mod speeds;
+mod springs;
 mod start_from_file;
 mod support;
 mod tethers;

@@ -86,6 +86,16 @@ impl Drive {
         }
     }
 
+    /// This drive less another one, of which at most one oscillates.
+    #[must_use]
+    pub fn less(&self, other: &Self) -> Self {
+        if other.frequency == 0.0 {
+            self.accelerated(-other.acceleration)
+        } else {
+            (-*other).accelerated(self.acceleration)
+        }
+    }
+
     /// This drive with a further constant acceleration (length per time squared).
     #[must_use]
     pub fn accelerated(&self, acceleration: DVec2) -> Self {

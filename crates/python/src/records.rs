@@ -218,10 +218,7 @@ fn plain_table<'py>(py: Python<'py>, table: &Table) -> PyResult<Bound<'py, PyDic
 /// The mean of a series at equal intervals of time, weighted, with its standard error and whether
 /// no change of it was found, as far as they are known. All weights are positive.
 #[pyfunction]
-#[allow(
-    clippy::needless_pass_by_value,
-    reason = "PyO3 gives arrays by value"
-)]
+#[allow(clippy::needless_pass_by_value, reason = "PyO3 gives arrays by value")]
 pub fn mean_of_series(
     values: PyReadonlyArray1<'_, f64>,
     weights: PyReadonlyArray1<'_, f64>,
@@ -239,11 +236,7 @@ pub fn mean_of_series(
         .value
         .filter(|value| value.is_finite())
         .context("the mean is not finite");
-    Ok((
-        value.map_err(errors::measure)?,
-        mean.standard_error,
-        found,
-    ))
+    Ok((value.map_err(errors::measure)?, mean.standard_error, found))
 }
 
 /// The charts of a table as SVG.

@@ -217,14 +217,19 @@
   }
 
   // The ends of a piston after a time, from its place after the contact before; at a stop it turns
-  // round, and with a force it is drawn there until its next contact.
-  function pistonAt({ axis, acceleration, stops, path }, wall, after) {
+  // round, and with a force or a spring it is drawn there until its next contact.
+  function pistonAt({ axis, acceleration, spring, stops, path }, wall, after) {
     const ends = wall.slice(0, 5);
     const [t, place, velocity] = path.findLast(([begins]) => begins <= after) || path[0];
     const passed = after - t;
     let there = place + velocity * passed + 0.5 * acceleration * passed * passed;
+    if (spring) {
+      const [frequency, balance] = spring;
+      const [cos, sin] = [Math.cos(frequency * passed), Math.sin(frequency * passed)];
+      there = balance + (place - balance) * cos + (velocity / frequency) * sin;
+    }
     const [low, high] = stops;
-    if (acceleration) there = Math.min(Math.max(there, low), high);
+    if (acceleration || spring) there = Math.min(Math.max(there, low), high);
     else {
       const way = (((there - low) / (high - low)) % 2 + 2) % 2;
       there = low + (high - low) * Math.min(way, 2 - way);

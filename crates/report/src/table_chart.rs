@@ -19,6 +19,9 @@ const MAX_POINTS: usize = 4000;
 /// Half width of an error band, in standard errors.
 const BAND: f64 = 2.0;
 
+/// Longest title (characters) that names the quantities of a chart; longer ones are in small print.
+const MAX_TITLE: usize = 52;
+
 /// Most quantities that the title of a chart names.
 const MAX_LABELS: usize = 2;
 
@@ -89,7 +92,10 @@ fn titled(table: &Table, group: &[&Column], charts: usize) -> Table {
             ""
         };
         let first = &labels[..labels.len().min(MAX_LABELS)];
-        table.title = format!("{}: {}{rest}", table.title, first.join(", "));
+        let title = format!("{}: {}{rest}", table.title, first.join(", "));
+        if title.chars().count() <= MAX_TITLE {
+            table.title = title;
+        }
     }
     table
 }

@@ -110,8 +110,12 @@ struct PistonPath {
     wall: usize,
     /// 0 if it moves along x, 1 along y.
     axis: usize,
-    /// Acceleration along the axis (length per time squared), and its stops (length).
+    /// Constant acceleration along the axis (length per time squared), and its stops (length).
     acceleration: f64,
+    /// On a spring, its angular frequency (radians per time) and the place about which it
+    /// oscillates (length); absent without.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    spring: Option<[f64; 2]>,
     stops: [f64; 2],
     /// Time since the start of the animation, place and velocity along the axis after each contact.
     path: Vec<[f64; 3]>,
@@ -407,6 +411,7 @@ fn pistons(
             wall,
             axis,
             acceleration,
+            spring: view.spring(body.body.key()),
             stops,
             path: path.collect(),
         });

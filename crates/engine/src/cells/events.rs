@@ -202,6 +202,9 @@ impl<F: CellFrame> CellState<F> {
             if !self.multi_cell.is_fixed(body) {
                 self.set_motion(kernel, body, motion.position, motion.velocity, now);
                 self.multi_cell.set_motion(body, motion);
+                if world.has_springs() {
+                    self.multi_cell.set_drive(body, world.drive(body as usize));
+                }
                 self.molecules.set_motion(body, motion);
                 self.update_occupant(kernel, body);
             }
@@ -236,6 +239,7 @@ impl<F: CellFrame> CellState<F> {
         let now = motion.time;
         self.set_motion(kernel, body, motion.position, motion.velocity, now);
         self.multi_cell.set_motion(body, motion);
+        self.multi_cell.set_drive(body, world.drive(body as usize));
         self.predict_and_schedule(kernel, world, detection, body, now);
     }
 

@@ -288,7 +288,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
     /// Reflects a piston at one of its stops.
     #[cold]
     #[inline(never)]
-    fn stop_piston<Q: EventQueue>(&self, queue: &mut Q, stop: ContactEvent)
+    fn stop_piston<Q: EventQueue>(&mut self, queue: &mut Q, stop: ContactEvent)
     where
         D: Detection,
     {
@@ -479,7 +479,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         let places = ContactPlaces {
             bodies,
             time,
-            places: [0, 1].map(|n| self.world.to_own_frame(bodies[n], &before[n]).position),
+            places: [0, 1].map(|n| self.world.in_own_frame(bodies[n], &before[n]).position),
         };
         self.limits
             .accept(self.world, self.names, places, velocities, spin)?;

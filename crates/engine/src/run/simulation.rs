@@ -514,6 +514,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             .div_ceil(2)
             .max(1);
         let separation_error = separation_error(&self.world);
+        if self.world.has_springs() {
+            self.world.start_swings();
+        }
         let longest_driven = self.world.longest_driven_epoch();
         if self.world.accelerates() {
             // The frame that falls gets that fast.

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::scene::{is_zero, two_numbers::optional_vector};
 
 /// A piston: a smooth wall across the box with a mass, which moves along its normal only. Contacts
-/// change its velocity, a constant force may push it, and it is reflected by two stops.
+/// change its velocity, a constant force or a spring may act on it, and it is reflected by two stops.
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation};
@@ -62,6 +62,15 @@ pub struct PistonSpec {
     #[cfg_attr(feature = "schema", schemars(range(min = -MAX_MAGNITUDE, max = MAX_MAGNITUDE)))]
     #[doc(alias = "load")]
     pub force: f64,
+    /// Stiffness k of a spring that pulls the piston to `relaxed_at` (mass / time²), from 0, without
+    /// one. Its energy is in [`Ledger::fallen`](crate::Ledger::fallen), too. Default: 0.
+    #[serde(skip_serializing_if = "is_zero")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = MAX_MAGNITUDE)))]
+    pub spring: f64,
+    /// Where the spring is relaxed (length), along the axis of the piston; it may be beyond the
+    /// stops. Default: the place of the piston at the start.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relaxed_at: Option<f64>,
     /// The least and the largest place of the piston (length), between 0 and the side of the box.
     /// It is reflected there without loss. Default: where it would touch the nearest parallel walls
     /// across the box.

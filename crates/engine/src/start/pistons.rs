@@ -1,7 +1,7 @@
 //! Pistons of a scene: walls at rest while the gases are placed, which get their masses afterwards.
 
 use carom_geometry::{MAX_MAGNITUDE, MIN_MAGNITUDE, check_length, gap_between};
-use carom_kinematics::Motion;
+use carom_kinematics::{Drive, Motion};
 use glam::DVec2;
 
 use crate::{
@@ -55,6 +55,7 @@ fn free_piston(
         .into_iter()
         .flatten()
         .chain([spec.velocity, spec.force])
+        .chain(spec.relaxed_at)
     {
         check_length("a number of a piston", number).map_err(geometry)?;
     }
@@ -83,7 +84,11 @@ fn free_piston(
         mass: spec.mass,
         force: spec.force,
         stops,
+        stiffness: spec.spring,
+        relaxed_at: spec.relaxed_at.unwrap_or(place),
+        swing: Drive::default(),
     };
+    check_spring(entry, spec)?;
     check_force(entry, spec.force, spec.mass)?;
     if !piston.is_valid(side) {
         return refused(format!(
@@ -120,6 +125,21 @@ pub(crate) fn check_force(entry: &str, force: f64, mass: f64) -> Result<f64, Sce
         format!(
             "the acceleration of a piston by its `force` must be 0 or from {MIN_MAGNITUDE:e} to {MAX_MAGNITUDE:e}, but \
              the force is {force:e}, and the mass {mass:e}"
+        ),
+    ))
+}
+
+/// Refuses a spring that pushes, or whose square of the angular frequency is out of range.
+fn check_spring(entry: &str, spec: &PistonSpec) -> Result<(), SceneError> {
+    if spec.spring >= 0.0 && is_force(spec.spring, spec.mass) {
+        return Ok(());
+    }
+    Err(SceneError::of_entry(
+        entry,
+        format!(
+            "`spring` over `mass` must be 0 or from {MIN_MAGNITUDE:e} to {MAX_MAGNITUDE:e}, but the spring is {:e}, and \
+             the mass {:e}",
+            spec.spring, spec.mass
         ),
     ))
 }
@@ -178,11 +198,9 @@ fn refuse_piston(world: &World, index: usize) -> Result<(), String> {
         );
     }
     let motion = &world.motions[index];
-    if piston.rests_on_stop(
-        motion.position[axis],
-        motion.velocity[axis],
-        world.acceleration(index)[axis],
-    ) {
+    let (place, constant) = (motion.position[axis], world.acceleration(index)[axis]);
+    let of_spring = piston.stiffness / piston.mass * (piston.relaxed_at - place);
+    if piston.rests_on_stop(place, motion.velocity[axis], constant + of_spring) {
         return Err(
             "the piston is at rest on one of its stops and pressed against it: let it begin beside the stop, or with \
              a velocity"

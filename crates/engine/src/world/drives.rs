@@ -21,6 +21,10 @@ use crate::world::{World, heat::exact_sum};
 /// Larger: the rounding of places grows in proportion.
 const MAX_PHASE: f64 = 8.0;
 
+/// The largest change of the phase of a piston on a spring in an epoch (radians). Larger: its own
+/// frame, in which it flies uniformly, moves away, and the rounding of its place grows.
+const MAX_SWING: f64 = 2.0;
+
 /// The longest way that the falling frame falls in an epoch, in shorter sides of the box. Smaller:
 /// more epochs. Larger: walls are listed in more cells, and places have more rounding.
 const MAX_FALL: f64 = 0.25;
@@ -88,8 +92,8 @@ impl World {
             return None;
         }
         if !self.bodies[body].is_fixed() {
-            let own = self.acceleration(body) - self.gravity;
-            return (own != DVec2::ZERO).then(|| Drive::acceleration(own));
+            let own = self.own_drive(body).accelerated(-self.gravity);
+            return (own != Drive::default()).then_some(own);
         }
         let oscillation = self.oscillation(body);
         if self.has_gravity() {
@@ -114,16 +118,13 @@ impl World {
         let [first, second] = bodies.map(|body| self.drive(body as usize));
         match (first, second) {
             (Some(first), Some(second)) => {
-                // One of them is a piston, whose drive is an acceleration.
-                let own = |body: u32| self.acceleration(body as usize) - self.gravity;
-                let [a, b] = bodies;
-                if !self.bodies[a as usize].is_fixed() {
-                    Some(second.accelerated(-own(a)))
-                } else if !self.bodies[b as usize].is_fixed() {
-                    Some(-first.accelerated(-own(b)))
+                let are_fixed = bodies.map(|body| self.bodies[body as usize].is_fixed());
+                // One of two that may meet is a piston, and then the other one does not oscillate.
+                Some(if are_fixed == [true; 2] {
+                    second
                 } else {
-                    Some(second)
-                }
+                    second.less(&first)
+                })
             }
             (first, second) => second.or_else(|| first.map(|drive| -drive)),
         }
@@ -146,14 +147,22 @@ impl World {
         let drive = if self.bodies[body].is_fixed() {
             self.oscillation(body).unwrap_or_default()
         } else {
-            Drive::acceleration(self.acceleration(body))
+            self.own_drive(body)
         };
         drive.applied(motion, time)
     }
 
     /// The motion of a body in its own frame, the falling frame for all but pistons, of one with
-    /// this motion in the laboratory, which begins now.
-    pub(crate) fn to_own_frame(&self, body: u32, motion: &Motion) -> Motion {
+    /// this motion in the laboratory, which begins now. A piston on a spring swings on from there.
+    pub(crate) fn to_own_frame(&mut self, body: u32, motion: &Motion) -> Motion {
+        if self.has_springs() {
+            self.swing_on(body as usize, motion);
+        }
+        self.in_own_frame(body, motion)
+    }
+
+    /// The motion of a body in its own frame now, of one with this motion in the laboratory.
+    pub(crate) fn in_own_frame(&self, body: u32, motion: &Motion) -> Motion {
         if !self.accelerates() || self.bodies[body as usize].is_fixed() {
             return *motion;
         }
@@ -173,7 +182,7 @@ impl World {
     /// Place and velocity of the own frame of a body that is not fixed at a time (offset in the
     /// epoch).
     pub(crate) fn frame_of(&self, body: usize, time: f64) -> DriveDeviation {
-        Drive::acceleration(self.acceleration(body)).deviation(0.0, time)
+        self.own_drive(body).deviation(0.0, time)
     }
 
     /// The highest speed of a wall that oscillates (length per time).
@@ -183,9 +192,9 @@ impl World {
         speeds.fold(0.0, f64::max)
     }
 
-    /// Σ m a·x over all bodies that are not fixed at a time (offset in the epoch), with their
-    /// accelerations a and their positions x without periodic jumps: the potential energy with the
-    /// opposite sign (mass × length² / time²).
+    /// Σ m a·x over all bodies that are not fixed at a time (offset in the epoch), with the constant
+    /// parts a of their accelerations and their positions x without periodic jumps, less the energy
+    /// of springs: the potential energy with the opposite sign (mass × length² / time²).
     pub(crate) fn negative_potential_energy(&self, time: f64) -> f64 {
         let free = (0..self.bodies.len()).filter(|&body| !self.bodies[body].is_fixed());
         let terms = free.map(|body| {
@@ -195,7 +204,12 @@ impl World {
                 + self.bounds.shift(self.windings[body]);
             self.bodies[body].mass() * self.acceleration(body).dot(place)
         });
-        exact_sum(terms)
+        let constant = exact_sum(terms);
+        if self.has_springs() {
+            constant - self.energy_of_springs(time)
+        } else {
+            constant
+        }
     }
 
     /// The relative motion at a time (offset in the epoch) of two bodies with these motions in the
@@ -248,9 +262,11 @@ impl World {
     pub(crate) fn longest_driven_epoch(&self) -> f64 {
         let oscillations = self.oscillations.iter().flatten();
         let fall = 2.0 * MAX_FALL * self.bounds.sides().min_element();
+        let of_springs = MAX_SWING / self.highest_frequency();
         oscillations
             .map(|oscillation| MAX_PHASE / oscillation.drive.frequency())
             .fold((fall / self.largest_acceleration()).sqrt(), f64::min)
+            .min(of_springs)
     }
 
     /// Sets or ends the oscillation of a wall (index in the order of [`Self::bodies`]), which is at

@@ -4,11 +4,15 @@
 //! of gravity along its normal. Its [`Motion`] is uniform in a frame that has this acceleration and
 //! coincides with the laboratory at the start of the epoch, as that of a free body is uniform in
 //! the falling frame ([`crate::world::drives`]). Stops reflect it, at a time in closed form.
+//!
+//! With a spring it oscillates about the place at which spring, force and gravity balance. Each
+//! change of its motion gives another oscillation; the own frame is what that deviates from uniform
+//! motion, continued back to the start of the epoch.
 
-use std::sync::Arc;
+use std::{f64::consts::TAU, sync::Arc};
 
 use carom_geometry::{MAX_MAGNITUDE, MIN_MAGNITUDE};
-use carom_kinematics::{Inertia, Motion};
+use carom_kinematics::{Drive, Inertia, Motion, Orientation};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
@@ -29,6 +33,14 @@ pub(crate) struct Piston {
     pub force: f64,
     /// The least and the largest place on its axis (length).
     pub stops: [f64; 2],
+    /// Stiffness of its spring (mass / time²); 0 without one.
+    pub stiffness: f64,
+    /// The place on its axis at which the spring is relaxed (length).
+    pub relaxed_at: f64,
+    /// With a spring, its oscillation from the start of the epoch on; that of its last change of
+    /// motion. Set at the start of each epoch.
+    #[serde(skip)]
+    pub swing: Drive,
 }
 
 impl Piston {
@@ -37,6 +49,9 @@ impl Piston {
         let [low, high] = self.stops;
         (MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&self.mass)
             && is_force(self.force, self.mass)
+            && is_force(self.stiffness, self.mass)
+            && self.stiffness >= 0.0
+            && self.relaxed_at.abs() <= MAX_MAGNITUDE
             && 0.0 < low
             && low < high
             && high < side
@@ -53,6 +68,28 @@ impl Piston {
             && motion.velocity[1 - axis] == 0.0
     }
 
+    /// The angular frequency of a piston on its spring (radians per time); 0 without one.
+    pub fn frequency(&self) -> f64 {
+        (self.stiffness / self.mass).sqrt()
+    }
+
+    /// The place on its axis at which its spring balances a constant acceleration (length, length
+    /// per time squared).
+    pub fn balance(&self, acceleration: f64) -> f64 {
+        self.relaxed_at + acceleration * self.mass / self.stiffness
+    }
+
+    /// The largest magnitude of its acceleration between its stops, with this constant part of it
+    /// (length per time squared).
+    fn largest_acceleration(&self, constant: f64) -> f64 {
+        if self.stiffness == 0.0 {
+            return constant.abs();
+        }
+        let balance = self.balance(constant);
+        let farthest = self.stops.map(|stop| (stop - balance).abs());
+        self.stiffness / self.mass * farthest[0].max(farthest[1])
+    }
+
     /// Whether a piston at this place of its axis is at rest on a stop that holds it against this
     /// acceleration (length, length per time, length per time squared).
     pub fn rests_on_stop(&self, place: f64, velocity: f64, acceleration: f64) -> bool {
@@ -61,10 +98,17 @@ impl Piston {
         velocity == 0.0 && is_pressed
     }
 
-    /// The time until a piston at this place on its axis, with this velocity and acceleration along
-    /// it, next reaches one of its stops; infinite if it reaches none.
+    /// The time until a piston at this place on its axis, with this velocity and constant part of
+    /// its acceleration along it, next reaches one of its stops; infinite if it reaches none.
     pub fn time_to_stop(&self, place: f64, velocity: f64, acceleration: f64) -> f64 {
         let [low, high] = self.stops;
+        if self.stiffness > 0.0 {
+            let (balance, frequency) = (self.balance(acceleration), self.frequency());
+            let state = [place - balance, velocity / frequency];
+            let up = first_swing(high - balance, state);
+            let down = first_swing(balance - low, state.map(|number| -number));
+            return up.min(down) / frequency;
+        }
         let up = first_passage(high - place, velocity, acceleration);
         let down = first_passage(place - low, -velocity, -acceleration);
         up.min(down)
@@ -100,6 +144,26 @@ pub(crate) fn first_passage(distance: f64, velocity: f64, acceleration: f64) -> 
     }
 }
 
+/// The first angle by which a swing A sin θ, with the displacement A sin θ and the quadrature A cos θ
+/// now, has turned when it passes `distance` upwards (lengths, radians); infinite if it never does.
+/// It is 0 where that has already been passed and the velocity leads on.
+fn first_swing(distance: f64, [displacement, quadrature]: [f64; 2]) -> f64 {
+    if displacement >= distance && quadrature > 0.0 {
+        return 0.0;
+    }
+    let amplitude = libm::hypot(displacement, quadrature);
+    if amplitude <= distance.abs() {
+        return f64::INFINITY;
+    }
+    // A sin θ = d with a positive cosine.
+    let there = libm::atan2(
+        distance,
+        ((amplitude - distance) * (amplitude + distance)).sqrt(),
+    );
+    let turned = there - libm::atan2(displacement, quadrature);
+    if turned > 0.0 { turned } else { turned + TAU }
+}
+
 impl World {
     /// The piston that a body is; `None` for most.
     #[inline]
@@ -117,13 +181,21 @@ impl World {
         indices.filter_map(|piston| self.index(piston.key))
     }
 
-    /// Whether a force acts on a piston.
+    /// Whether a force or a spring acts on a piston.
     #[inline]
     pub(crate) fn has_forces(&self) -> bool {
-        self.pistons.iter().any(|piston| piston.force != 0.0)
+        let acts = |piston: &Piston| piston.force != 0.0 || piston.stiffness > 0.0;
+        self.pistons.iter().any(acts)
     }
 
-    /// The acceleration of a body that is not fixed, in the laboratory (length per time squared).
+    /// Whether a piston is on a spring.
+    #[inline]
+    pub(crate) fn has_springs(&self) -> bool {
+        self.pistons.iter().any(|piston| piston.stiffness > 0.0)
+    }
+
+    /// The constant part of the acceleration of a body that is not fixed, in the laboratory (length
+    /// per time squared): all of it but that of a spring.
     #[inline]
     pub(crate) fn acceleration(&self, body: usize) -> DVec2 {
         match self.piston(body) {
@@ -136,12 +208,80 @@ impl World {
         }
     }
 
+    /// The motion of a body that is not fixed beside uniform motion, in the laboratory, from the
+    /// start of the epoch on.
+    #[inline]
+    pub(crate) fn own_drive(&self, body: usize) -> Drive {
+        match self.piston(body) {
+            Some(piston) if piston.stiffness > 0.0 => piston.swing,
+            _ => Drive::acceleration(self.acceleration(body)),
+        }
+    }
+
+    /// Lets the oscillation of a piston on a spring go on from this motion in the laboratory, which
+    /// begins at its time in the epoch. Nothing changes for any other body.
+    pub(crate) fn swing_on(&mut self, body: usize, motion: &Motion) {
+        let acceleration = self.acceleration(body);
+        let (Some(&piston), Some(axis)) = (self.piston(body), self.bodies[body].axis_across())
+        else {
+            return;
+        };
+        if piston.stiffness == 0.0 {
+            return;
+        }
+        let frequency = piston.frequency();
+        // A sin θ and A cos θ.
+        let displacement = motion.position[axis] - piston.balance(acceleration[axis]);
+        let quadrature = motion.velocity[axis] / frequency;
+        let amplitude = libm::hypot(displacement, quadrature) * DVec2::AXES[axis];
+        let phase = Orientation::from_radians(libm::atan2(displacement, quadrature));
+        let swing = Drive::oscillation(amplitude, frequency, phase.turned(frequency, -motion.time));
+        self.replace_piston(Piston { swing, ..piston });
+    }
+
+    /// Lets all oscillations of pistons on springs begin with the motions at the start of the
+    /// epoch.
+    pub(crate) fn start_swings(&mut self) {
+        let pistons: Vec<usize> = self.pistons().collect();
+        for body in pistons {
+            let motion = self.motions[body];
+            self.swing_on(body, &motion);
+        }
+    }
+
+    /// The potential energy of all springs at a time (offset in the epoch; mass × length² / time²).
+    pub(crate) fn energy_of_springs(&self, time: f64) -> f64 {
+        let energies = self.pistons().filter_map(|body| {
+            let (piston, axis) = (self.piston(body)?, self.bodies[body].axis_across()?);
+            let place = self.motion_at(body as u32, &self.motions[body], time);
+            let stretched = place.position[axis] - piston.relaxed_at;
+            Some(0.5 * piston.stiffness * stretched * stretched)
+        });
+        energies.sum()
+    }
+
     /// The largest magnitude of the acceleration of a body that is not fixed, relative to the
     /// laboratory or to the falling frame (length per time squared).
     pub(crate) fn largest_acceleration(&self) -> f64 {
-        let of_forces = self.pistons.iter();
-        let of_forces = of_forces.map(|piston| (piston.force / piston.mass).abs());
-        self.gravity.length() + of_forces.fold(0.0, f64::max)
+        let gravity = self.gravity.length();
+        let of_forces = self.pistons.iter().map(|piston| {
+            let constant = piston.force / piston.mass;
+            let most = if piston.stiffness == 0.0 {
+                constant
+            } else {
+                constant.abs() + gravity
+            };
+            let signs = [most, -most];
+            let largest = signs.map(|constant| piston.largest_acceleration(constant));
+            largest[0].max(largest[1])
+        });
+        gravity + of_forces.fold(0.0, f64::max)
+    }
+
+    /// The highest angular frequency of a piston on a spring (radians per time); 0 without one.
+    pub(crate) fn highest_frequency(&self) -> f64 {
+        let frequencies = self.pistons.iter().map(Piston::frequency);
+        frequencies.fold(0.0, f64::max)
     }
 
     /// The time (offset in the epoch) at which a piston with this motion in its own frame next

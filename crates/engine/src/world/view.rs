@@ -152,7 +152,7 @@ impl<'a> View<'a> {
         self.world.pairs.is_active()
     }
 
-    /// The constant acceleration of a piston along its axis (length per time squared) and the two
+    /// The constant part of the acceleration of a piston along its axis (length per time squared) and the two
     /// places of its stops (length); `None` for any other body.
     pub fn piston(&self, key: BodyKey) -> Option<(f64, [f64; 2])> {
         let index = self.world.index(key)?;
@@ -161,6 +161,16 @@ impl<'a> View<'a> {
             self.world.bodies[index].axis_of_piston()?,
         );
         Some((self.world.acceleration(index)[axis], piston.stops))
+    }
+
+    /// The angular frequency of a piston on a spring (radians per time), and the place on its axis
+    /// about which it oscillates (length); `None` for any other body.
+    pub fn spring(&self, key: BodyKey) -> Option<[f64; 2]> {
+        let index = self.world.index(key)?;
+        let piston = self.world.piston(index)?;
+        let axis = self.world.bodies[index].axis_of_piston()?;
+        let constant = self.world.acceleration(index)[axis];
+        (piston.stiffness > 0.0).then(|| [piston.frequency(), piston.balance(constant)])
     }
 
     /// Kinetic energy of all bodies (mass × length² / time²).

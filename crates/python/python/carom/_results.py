@@ -110,8 +110,8 @@ def estimate(
     Examples
     --------
     >>> import carom
-    >>> print(carom.estimate([1.0, 1.2, 0.9, 1.1] * 16, name="speed", unit="length/time"))
-    speed: 1.050 ± 0.016 length/time
+    >>> print(carom.estimate([1.0, 1.2, 0.9, 1.1], name="speed", unit="length/time"))
+    speed: 1.050 ± 0.065 length/time
     """
     series = array("values", values)
     if series.ndim != 1 or not len(series):

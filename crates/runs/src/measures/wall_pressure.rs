@@ -1,6 +1,6 @@
 //! `wall-pressure`: pressure of a gas on walls across the box, and its density over the distance.
 
-use anyhow::{Context as _, ensure};
+use anyhow::ensure;
 use carom::{CollisionReport, Observer, View, engine::Body, observers::WallPressure};
 use carom_tables::{BlockMean, Table};
 use serde::{Deserialize, Serialize};
@@ -60,12 +60,8 @@ impl OfGas {
         let far = selection
             .given("far")
             .unwrap_or(FAR * 2.0 * radii().fold(0.0, f64::max));
-        let walls = WallPressure::new(view, selection.group, selection.whole("bins"), far)
-            .context("run.observe: 'wall-pressure'")?;
-        ensure!(
-            moving().next().is_some(),
-            "run.observe: 'wall-pressure': nothing moves"
-        );
+        let walls = WallPressure::new(view, selection.group, selection.whole("bins"), far)?;
+        ensure!(moving().next().is_some(), "nothing moves");
         let is_wall = |body: &Body| body.is_wall() && selection.group.contains(body);
         let radius = radii().next();
         let are_equal = moving().all(|body| {

@@ -269,6 +269,13 @@ impl MultiCellBodies {
         }
     }
 
+    /// Sets what a body does beside uniform motion, if it is a multi-cell body.
+    pub fn set_drive(&mut self, body: u32, drive: Option<Drive>) {
+        if let Some(index) = self.get(body) {
+            self.list[index].drive = drive;
+        }
+    }
+
     /// Sets the position and velocity of a body at a time and keeps its rotation, if it is a
     /// multi-cell body.
     #[inline]
