@@ -42,8 +42,8 @@ pub struct BrownianOptions {
     #[arg(long, value_name = "LENGTH")]
     pub gas_radius: Option<f64>,
     /// Molecules of the gas in place of discs: keys of `[[gas]]`, or a TOML file with them, such as
-    /// 'shape = "dumbbell", atom_radius = 0.01, atom_mass = 0.5', or for hinged dumbbells 'chain =
-    /// { members = 2, tether = { max = 1.3 } }'. What they leave open is that of the discs
+    /// 'shape = "dumbbell", atom_radius = 0.01, atom_mass = 0.5', or for discs tied in pairs 'chain
+    /// = { members = 2, tether = { max = 0.025 } }'. What they leave open is that of the discs
     #[arg(long, value_name = "KEYS")]
     pub gas: Option<String>,
     /// Area fraction of the gas, at most 0.7; below 0.01 the shares of kicks by direction and by
@@ -503,7 +503,7 @@ mod tests {
                 .scene
                 .clone()
         };
-        let hinged = gas("chain = { members = 2, tether = { max = 1.3 } }");
+        let hinged = gas("chain = { members = 2, tether = { max = 0.025 } }");
         assert!(hinged.gas[0].chain.is_some() && hinged.gas[0].area_fraction == Some(0.5));
         assert_eq!(hinged.gas[0].radius, Some(0.01.into()));
         let rods = gas("shape = \"dumbbell\", atom_radius = 0.008, atom_mass = 0.5, count = 300");

@@ -112,13 +112,13 @@ fn results(record: &Record) -> (Vec<Table>, Vec<Figure>) {
     }
     let runs = || record.runs.values();
     let measures = || runs().flat_map(|run| &run.measures);
-    let of_measures = measures()
-        .flat_map(|measure| &measure.figures)
-        .map(|(figure, ..)| figure);
+    let of_measures = measures().flat_map(|measure| {
+        let others = measure.figures.iter().map(|(figure, ..)| figure.clone());
+        measure.figures_of_curves().into_iter().chain(others)
+    });
     let figures = runs()
-        .flat_map(|run| &run.figures)
+        .flat_map(|run| run.figures.iter().cloned())
         .chain(of_measures)
-        .cloned()
         .collect();
     (
         measures()

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     checkpoint_file::{self, CheckpointBody},
     finite::require_finite,
+    measures::coefficient::Coefficient,
     other_run::refuse_other,
     output::Folder,
 };
@@ -61,6 +62,8 @@ pub struct MeasureRecord {
     pub tables: Vec<Table>,
     /// Its figures, with the number of their sums.
     pub figures: Vec<(Figure, Option<usize>)>,
+    /// Coefficients of its curves, which are figures, too.
+    pub(crate) coefficients: Vec<Coefficient>,
     /// Its drawings.
     pub drawings: Vec<Drawing>,
 }
@@ -192,6 +195,13 @@ impl RunRecord {
 }
 
 impl MeasureRecord {
+    /// The figures of its curves.
+    pub fn figures_of_curves(&self) -> Vec<Figure> {
+        let runs = std::slice::from_ref(&self.sums.blocks);
+        let figure = |one: &Coefficient| one.figure(&self.sums.total, runs);
+        self.coefficients.iter().filter_map(figure).collect()
+    }
+
     /// Verifies that weights and counts are not negative, and that numbers of quantities are those
     /// of sums.
     fn check(&self) -> Result<()> {

@@ -115,7 +115,16 @@ pub fn write(
     if !is_json() {
         print_judgements(study, &points);
     }
-    conclude(folder, &summary, None);
+    // The figures of one point are those of the sweep.
+    let figures = match &points[..] {
+        [only] => only.figures.clone(),
+        _ => Vec::new(),
+    };
+    let with_figures = Summary {
+        figures,
+        ..summary.clone()
+    };
+    conclude(folder, &with_figures, None);
     let verdict = summary.verdict();
     Ok(if missing.is_empty() {
         verdict

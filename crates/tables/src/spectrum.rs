@@ -26,10 +26,11 @@ const WITH_MEMORY: f64 = 0.25;
 const CANCELLING: f64 = 0.25;
 
 /// Exponents of two of the smallest and largest b and c. Smaller than 1/2: indistinguishable from
-/// independent blocks. A larger c with b = 0: a memory of several blocks, which 64 blocks cannot
-/// tell from a drift.
+/// independent blocks. A larger c with b = 0: a memory of 23 blocks and more, which 64 blocks do not
+/// tell from a drift. Before the data the weight of a memory is as 1/c: otherwise the rare samples
+/// that look like a long one make errors too large.
 const MIN_EXPONENT: i32 = -1;
-const MAX_MEMORY: i32 = 3;
+const MAX_MEMORY: i32 = 9;
 const MAX_CANCELLING: i32 = 9;
 const MAX_OF_BOTH: i32 = 4;
 
@@ -99,11 +100,14 @@ impl Spectrum {
             let cancelling =
                 powers(MAX_CANCELLING).flat_map(|b| [[b, 0.0]].into_iter().chain(of_both(b)));
             let cancelling: Vec<[f64; 2]> = cancelling.collect();
-            for (family, weight) in [(memory, WITH_MEMORY), (cancelling, CANCELLING)] {
-                let share = weight / family.len() as f64;
-                for model in family {
-                    self.weigh(model, share, &mut models);
-                }
+            let all: f64 = memory.iter().map(|[_, c]| 1.0 / c).sum();
+            for model in memory {
+                let share = WITH_MEMORY / (all * model[1]);
+                self.weigh(model, share, &mut models);
+            }
+            let share = CANCELLING / cancelling.len() as f64;
+            for model in cancelling {
+                self.weigh(model, share, &mut models);
             }
         }
         let largest = models

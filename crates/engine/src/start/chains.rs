@@ -16,7 +16,7 @@ use crate::{
     scene::{bond_spec::ChainSpec, error::SceneError, random::direction},
     start::{
         body_builder::insert,
-        bonds::contact_length,
+        bonds::{MAX_SHARE, contact_length},
         place::{Place, TRIALS},
         sites::Sites,
         species::Species,
@@ -63,6 +63,21 @@ pub(crate) fn place(
     let Some(longest) = chains.map(reach).reduce(f64::max) else {
         return Ok(None);
     };
+    let side = world.bounds().sides().min_element();
+    let is_too_long = |gas: &&Species| {
+        gas.spec
+            .chain
+            .as_ref()
+            .is_some_and(|chain| reach(chain) > MAX_SHARE * side)
+    };
+    if let Some(gas) = species.iter().find(is_too_long) {
+        let problem = format!(
+            "`chain.tether.max` lets the centres of members be {longest:?} apart (length), so that two images are equally \
+             near: it must be less than half the shorter side, {:?}",
+            0.5 * side
+        );
+        return Err(SceneError::of_entry(&gas.entry, problem));
+    }
     let sizes = species.iter().flat_map(|gas| {
         let radius = |index| gas.molecule(index).bounding_radius();
         gas.groups()

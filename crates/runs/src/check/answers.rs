@@ -20,6 +20,9 @@ const COLLISIONS_TO_FORGET: f64 = 50.0;
 /// collisions; that only matters for correlations in time.
 const MAX_FREE_TIMES_APART: f64 = 100.0;
 
+/// The rate of collisions changes during a run if that of the start differs by more than this share.
+const CHANGES: f64 = 0.25;
+
 /// The answers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(super) struct Answers {
@@ -27,6 +30,8 @@ pub(super) struct Answers {
     mean_free_time: Option<f64>,
     /// Mean path between two collisions of a body that moves (length).
     mean_free_path: Option<f64>,
+    /// Whether both are those of the start, from which the run departs.
+    is_of_start: bool,
     /// Collisions of each body that moves until the end of the run.
     collisions_per_body: Option<f64>,
     /// Interval of samples in mean free times, and in words whether it is sensible.
@@ -52,7 +57,14 @@ impl Answers {
             .collisions_of_moving
             .filter(|_| collisions.is_some());
         let per_body = of_moving.map(|number| number / contents.moving.max(1) as f64);
-        let free_time = per_body.map(|number| run.until / number);
+        let mean = per_body.map(|number| run.until / number);
+        let early = estimate
+            .early_rate_of_moving
+            .map(|rate| contents.moving as f64 / rate);
+        // Of a gas that cools, or is heated, the mean over the run is that of no state.
+        let changes = |(early, mean): (f64, f64)| (early / mean - 1.0).abs() > CHANGES;
+        let is_early = early.zip(mean).is_some_and(changes);
+        let free_time = if is_early { early } else { mean };
         let interval = free_time.map(|time| run.sample_interval / time);
         let from = stages::window(scene).0;
         let measured_collisions =
@@ -60,6 +72,7 @@ impl Answers {
         Self {
             mean_free_time: free_time,
             mean_free_path: free_time.zip(speed).map(|(time, speed)| time * speed),
+            is_of_start: is_early,
             collisions_per_body: per_body,
             sample_interval_in_free_times: interval,
             sampling: sampling(interval),
@@ -81,9 +94,14 @@ impl Answers {
         let number = |number: Option<f64>| number.map_or_else(|| "unknown".to_owned(), short);
         let time = match estimate.seconds {
             Some(seconds) => format!(
-                "about {} of processor time at {} collisions a second",
+                "about {} of processor time at {} collisions a second{}",
                 duration(seconds),
-                short(estimate.collisions_per_second)
+                short(estimate.collisions_per_second),
+                if estimate.sample_seconds > 0.1 * seconds {
+                    format!(", {} of it for samples", duration(estimate.sample_seconds))
+                } else {
+                    String::new()
+                }
             ),
             None => "unknown: the trial made no progress in time".to_owned(),
         };
@@ -102,9 +120,14 @@ impl Answers {
             row(
                 "flights",
                 format!(
-                    "mean free time {}, mean free path {}",
+                    "mean free time {}, mean free path {}{}",
                     number(self.mean_free_time),
-                    number(self.mean_free_path)
+                    number(self.mean_free_path),
+                    if self.is_of_start {
+                        ", at the start"
+                    } else {
+                        ""
+                    }
                 ),
             ),
             row(
@@ -173,11 +196,17 @@ fn measured(measure_from: MeasureFrom, scene: &Scene, per_body: Option<f64>, fro
     let before = per_body.map(|number| number * from / scene.run.until);
     let words = match before {
         None => String::new(),
-        Some(before) if before < COLLISIONS_TO_FORGET && scene.start.from.is_none() => format!(
-            ", after {} collisions of each body: means may hold the approach to equilibrium; measure_from = \"auto\" \
+        Some(before)
+            if before < COLLISIONS_TO_FORGET
+                && scene.start.from.is_none()
+                && !scene.elasticity.loses_energy() =>
+        {
+            format!(
+                ", after {} collisions of each body: means may hold the approach to equilibrium; measure_from = \"auto\" \
              leaves it out",
-            short(before)
-        ),
+                short(before)
+            )
+        }
         Some(before) => format!(", after {} collisions of each body", short(before)),
     };
     format!("from t = {} on{words}", short(from))

@@ -26,6 +26,10 @@ const MAX_WATCHED: u64 = 300_000;
 /// (time).
 const FIRST_CONTACTS: u64 = 64;
 
+/// Contacts from which the rate at the start is taken. Fewer: it has an error of more than some per
+/// cent. More: a gas that cools has cooled.
+const EARLY_CONTACTS: u64 = 1000;
+
 /// A stretch of the trial that takes longer is not lengthened (seconds of processor time).
 const STRETCH_SECONDS: f64 = 0.05;
 
@@ -49,6 +53,8 @@ pub(super) struct Trial {
     sample: f64,
     is_whole: bool,
     until: f64,
+    /// Contacts and simulated time (time) of its first part.
+    early: [f64; 2],
 }
 
 /// What the run will take.
@@ -63,6 +69,8 @@ pub(super) struct TrialEstimate {
     pub(super) collisions: Option<f64>,
     /// Contacts of the run, counted for each body that moves: twice, but once with a fixed body.
     pub(super) collisions_of_moving: Option<f64>,
+    /// Contacts per time at the start, counted in the same way; `None` without contacts there.
+    pub(super) early_rate_of_moving: Option<f64>,
     /// Processor time of the run, of which for samples and snapshots (seconds).
     pub(super) seconds: Option<f64>,
     pub(super) sample_seconds: f64,
@@ -110,6 +118,11 @@ impl Trial {
         {
             is_whole = step(simulation, measures, end)?;
         }
+        let so_far = |simulation: &AnySimulation| {
+            let simulated = simulation.time().since(start);
+            [bounds.contacts(simulation) as f64, simulated]
+        };
+        let mut early = so_far(simulation);
         // A stop stores the motions of all bodies, which a run does at its samples only.
         let mut seconds = clock.elapsed().as_secs_f64();
         simulation.observe_until(simulation.time().to_f64(), measures)?;
@@ -120,6 +133,9 @@ impl Trial {
         while !is_whole && bounds.allow(simulation) {
             let now = clock.elapsed().as_secs_f64();
             is_whole = bounds.advance(simulation, measures, stretch)?;
+            if early[0] < EARLY_CONTACTS as f64 {
+                early = so_far(simulation);
+            }
             let taken = (clock.elapsed().as_secs_f64() - now - stop).max(0.0);
             seconds += taken;
             if taken < STRETCH_SECONDS {
@@ -141,6 +157,7 @@ impl Trial {
             sample,
             is_whole,
             until,
+            early,
         })
     }
 
@@ -220,6 +237,8 @@ impl Trial {
             is_whole_run: self.is_whole,
             collisions,
             collisions_of_moving: collisions.map(|number| number * of_moving),
+            early_rate_of_moving: (self.early[0] > 0.0 && self.early[1] > 0.0)
+                .then(|| self.early[0] / self.early[1] * of_moving),
             seconds: contacts_seconds.map(|seconds| self.first + seconds + more),
             sample_seconds,
             collisions_per_second: self.contacts as f64 / self.seconds.max(1e-9),

@@ -1,11 +1,13 @@
 //! `body-frame-diffusion`: diffusion along and across the axis of a body, in its own frame.
 
 use carom::BodyFrameDiffusion;
-use carom_tables::{BlockMean, Figure, Table, significant};
+use carom_tables::{BlockMean, Table};
 
 use super::{
-    Context, MAX_LAG, MeasureKind, Measured, Of, Results, Span, in_blocks, resumed,
-    transport::{MIN_PAIRS, Taken, TransportCurve},
+    Context, MAX_LAG, MeasureKind, Measured, Of, Results, Span,
+    coefficient::{Coefficient, Reading},
+    in_blocks, resumed,
+    transport::MIN_PAIRS,
 };
 
 /// The two coefficients.
@@ -72,45 +74,33 @@ impl Measured for BodyFrameDiffusion {
              and autocorrelations of the velocity in the frame of the body. At long lags 2 D∥ t and 2 D⊥ t. Lags with fewer than \
              30 pairs have no value.",
         );
-        let figures = NAMES.iter().zip(squares.iter().zip(&products));
         Results {
             tables: vec![table],
-            figures: figures
-                .flat_map(|(names, (squares, products))| {
-                    coefficients(*names, &lags, squares, products, context)
-                })
-                .collect(),
+            coefficients: coefficients(&self.lags(), context),
             ..Results::default()
         }
     }
 }
 
-/// A diffusion coefficient from the mean squared displacement, and from the autocorrelation of the
-/// velocity.
-fn coefficients(
-    [symbol, direction]: [&str; 2],
-    lags: &[f64],
-    squares: &[BlockMean],
-    products: &[BlockMean],
-    context: &Context<'_>,
-) -> Vec<Figure> {
-    let curve = |means| TransportCurve {
-        lags,
-        means,
-        blocks: context.blocks,
-        block: context.block,
-        of: Taken::Itself,
-    };
+/// The diffusion coefficients along and across the axis: half the slope of the mean squared
+/// displacement at long lags, and the integral of the autocorrelation of the velocity.
+fn coefficients(lags: &[f64], context: &Context<'_>) -> Vec<Coefficient> {
     let unit = "length²/time";
-    let plateau = curve(squares).plateau(products).map(|plateau| {
-        let name = plateau.named(&format!("{symbol} {direction} the axis"));
-        let slope = plateau.slope;
-        Figure::new(context.named(&name), 0.5 * slope.value, unit).error(0.5 * slope.standard_error)
-    });
-    let integral = curve(products).integral().map(|(integral, until)| {
-        let until = significant(until, 3);
-        let name = format!("{symbol} {direction} the axis from velocities, up to lag {until}");
-        Figure::new(context.named(&name), integral.value, unit).error(integral.standard_error)
-    });
-    plateau.into_iter().chain(integral).collect()
+    let of_axis = |(axis, [symbol, direction]): (usize, &[&str; 2])| {
+        let (squares, memory) = (axis * lags.len(), (2 + axis) * lags.len());
+        let name = format!("{symbol} {direction} the axis");
+        let of_velocities = format!("{name} from velocities");
+        let plateau = (Reading::Plateau { memory }, 0.5);
+        [
+            Coefficient::new((&name, unit), plateau, squares, lags, context),
+            Coefficient::new(
+                (&of_velocities, unit),
+                (Reading::Integral, 1.0),
+                memory,
+                lags,
+                context,
+            ),
+        ]
+    };
+    NAMES.iter().enumerate().flat_map(of_axis).collect()
 }

@@ -1,13 +1,14 @@
 //! `correlation`: mean squared displacement and velocity autocorrelation of a group.
 
 use carom::TimeCorrelation;
-use carom_tables::{BlockMean, Figure, Table, significant};
+use carom_tables::{BlockMean, Table};
 
 use super::{
     Context, MAX_LAG, MeasureKind, Measured, Of, Results, Span,
+    coefficient::{Coefficient, Reading},
     hard_discs::SONINE,
     in_blocks, resumed,
-    transport::{MIN_PAIRS, Plateau, Taken, TransportCurve, TransportValue},
+    transport::MIN_PAIRS,
 };
 
 /// The autocorrelation is compared with its exponential up to this many mean free times; later the
@@ -86,62 +87,39 @@ impl Measured for TimeCorrelation {
         .caption(context.theory(
             "The slope of the autocorrelation at lag 0 is exactly minus its value times the collision rate Γ.",
         ));
-        let figures = coefficients(&lags, &squares, &products, context);
         Results {
             tables: vec![table],
-            is_too_short: figures.is_empty(),
-            figures,
+            coefficients: coefficients(&self.lags(), context),
             ..Results::default()
         }
     }
 }
 
-/// The diffusion coefficients from the mean squared displacement, and from the velocity
-/// autocorrelation.
-fn coefficients(
-    lags: &[f64],
-    squares: &[BlockMean],
-    products: &[BlockMean],
-    context: &Context<'_>,
-) -> Vec<Figure> {
-    let curve = |means| TransportCurve {
-        lags,
-        means,
-        blocks: context.blocks,
-        block: context.block,
-        of: Taken::Itself,
-    };
-    let plateau = curve(squares)
-        .plateau(products)
-        .map(|plateau| at_long_lags(&plateau, context));
-    let integral = curve(products)
-        .integral()
-        .map(|integral| of_velocities(integral, context));
-    diffusion(&curve(squares), context)
+/// The diffusion coefficients: from the mean squared displacement at the lags of theory, and at long
+/// lags, where it grows in proportion to the lag (in two dimensions it grows slowly with the lag and
+/// with the box), and as half the integral of the velocity autocorrelation. `lags` are all lags.
+fn coefficients(lags: &[f64], context: &Context<'_>) -> Vec<Coefficient> {
+    let unit = "length²/time";
+    let velocities = lags.len();
+    let of = |name, reading, curve| Coefficient::new((name, unit), reading, curve, lags, context);
+    let of_theory = context.gas().map(|gas| {
+        let between = BETWEEN.map(|times| times / gas.collision_rate());
+        let reading = (Reading::SlopeBetween(between), 0.25);
+        of("diffusion coefficient", reading, 0).predicted(Some(gas.diffusion()), SONINE)
+    });
+    let plateau = (Reading::Plateau { memory: velocities }, 0.25);
+    let integral = (Reading::Integral, 0.5);
+    of_theory
         .into_iter()
-        .chain(plateau)
-        .chain(integral)
+        .chain([
+            of("diffusion coefficient", plateau, 0),
+            of(
+                "diffusion coefficient from velocities",
+                integral,
+                velocities,
+            ),
+        ])
         .collect()
-}
-
-/// The diffusion coefficient from the mean squared displacement at long lags, where it grows in
-/// proportion to the lag; in two dimensions it grows slowly with the lag and with the box.
-fn at_long_lags(plateau: &Plateau, context: &Context<'_>) -> Figure {
-    let TransportValue {
-        value,
-        standard_error,
-    } = plateau.slope;
-    let name = plateau.named("diffusion coefficient");
-    Figure::new(context.named(&name), 0.25 * value, "length²/time").error(0.25 * standard_error)
-}
-
-/// The diffusion coefficient as half the integral of the velocity autocorrelation.
-fn of_velocities((integral, until): (TransportValue, f64), context: &Context<'_>) -> Figure {
-    let name = context.named(&format!(
-        "diffusion coefficient from velocities, up to lag {}",
-        significant(until, 3)
-    ));
-    Figure::new(name, 0.5 * integral.value, "length²/time").error(0.5 * integral.standard_error)
 }
 
 /// The autocorrelation of Enskog's theory at short lags.
@@ -152,16 +130,4 @@ fn exponential(lag: f64, context: &Context<'_>) -> Option<f64> {
     // ⟨v²⟩ relative to the centre of mass.
     let square = 2.0 * gas.temperature / gas.mass * (1.0 - 1.0 / count);
     (lag * rate < FREE_TIMES).then(|| square * (-rate * lag).exp())
-}
-
-/// The diffusion coefficient from the slope of the mean squared displacement.
-fn diffusion(squares: &TransportCurve<'_>, context: &Context<'_>) -> Option<Figure> {
-    let gas = context.gas()?;
-    let slope = squares.slope_between(BETWEEN.map(|times| times / gas.collision_rate()))?;
-    let name = context.named(&slope.named("diffusion coefficient"));
-    Some(
-        Figure::new(name, 0.25 * slope.value, "length²/time")
-            .error(slope.standard_error.map(|error| 0.25 * error))
-            .predicted(gas.diffusion(), SONINE),
-    )
 }

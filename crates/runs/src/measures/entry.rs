@@ -245,6 +245,12 @@ impl Entry {
         let mut results = measure.results(&context);
         self.prepare_tables(&mut results);
         let sums = measure.run_sums();
+        let coefficients = std::mem::take(&mut results.coefficients);
+        let runs = std::slice::from_ref(&sums.blocks);
+        let of_curves: Vec<Figure> = coefficients
+            .iter()
+            .filter_map(|coefficient| coefficient.figure(&sums.total, runs))
+            .collect();
         let begin = if head.from.is_finite() {
             head.from
         } else {
@@ -260,21 +266,23 @@ impl Entry {
                 ..figure.judged_by(sums.blocks.len())
             }
         };
-        results.figures = results.figures.into_iter().map(judged).collect();
-        if head.is_asked && results.is_too_short {
+        let figures: Vec<Figure> = results.figures.into_iter().map(judged).collect();
+        let lacks_figures = figures.is_empty() && of_curves.is_empty() && !coefficients.is_empty();
+        if head.is_asked && lacks_figures {
             results.silent.push(self.name());
         }
         results.records.push(MeasureRecord {
             span,
             sums,
             tables: results.tables.clone(),
-            figures: results
-                .figures
+            figures: figures
                 .iter()
                 .map(|figure| (figure.clone(), figure.quantity))
                 .collect(),
+            coefficients,
             drawings: results.drawings.clone(),
         });
+        results.figures = of_curves.into_iter().chain(figures).collect();
         results
     }
 

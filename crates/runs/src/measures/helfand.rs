@@ -1,14 +1,14 @@
 //! `viscosity` and `heat-conductivity`: from the Helfand moments of the stress and of the energy.
 
 use carom::{CollisionReport, Observer, View, engine::Body, observers::HelfandMoment};
-use carom_tables::{BlockMean, Figure, Sums, Table};
+use carom_tables::{BlockMean, Sums, Table};
 use serde::{Deserialize, Serialize};
 
 use super::{
     Context, HardDiscs, MAX_LAG, MeasureKind, Measured, Of, Results, Selection, Span,
+    coefficient::{Coefficient, Reading},
     hard_discs::SONINE,
     in_blocks, resumed,
-    transport::{Slope, Taken, TransportCurve},
 };
 
 /// The coefficient is the slope of the mean square between these lags (mean free times).
@@ -24,7 +24,7 @@ pub(super) const VISCOSITY: MeasureKind = MeasureKind {
     start: |selection| {
         let (interval, longest) = lags(selection);
         let moment = HelfandMoment::new(interval, longest)?;
-        Ok(in_blocks(Helfand::new(moment, Coefficient::Viscosity)))
+        Ok(in_blocks(Helfand::new(moment, Transported::Momentum)))
     },
     resume: resumed::<Helfand>,
 };
@@ -39,10 +39,7 @@ pub(super) const HEAT_CONDUCTIVITY: MeasureKind = MeasureKind {
     start: |selection| {
         let (interval, longest) = lags(selection);
         let moment = HelfandMoment::of_energy(interval, longest)?;
-        Ok(in_blocks(Helfand::new(
-            moment,
-            Coefficient::HeatConductivity,
-        )))
+        Ok(in_blocks(Helfand::new(moment, Transported::Heat)))
     },
     resume: resumed::<Helfand>,
 };
@@ -55,7 +52,7 @@ fn lags(selection: &Selection<'_>) -> (f64, f64) {
 /// A Helfand moment, with what its slope is divided by.
 #[derive(Serialize, Deserialize)]
 struct Helfand {
-    of: Coefficient,
+    of: Transported,
     moment: HelfandMoment,
     /// Sum of kT over the samples (mass × length² / time²), and their number.
     temperatures: [f64; 2],
@@ -65,11 +62,11 @@ struct Helfand {
     system: Option<System>,
 }
 
-/// What a Helfand moment is measured for.
+/// What flows: a gas has a viscosity for momentum, and a conductivity for heat.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-enum Coefficient {
-    Viscosity,
-    HeatConductivity,
+enum Transported {
+    Momentum,
+    Heat,
 }
 
 /// The box and the bodies of a run.
@@ -104,7 +101,7 @@ impl System {
 }
 
 impl Helfand {
-    fn new(moment: HelfandMoment, of: Coefficient) -> Self {
+    fn new(moment: HelfandMoment, of: Transported) -> Self {
         Self {
             of,
             moment,
@@ -130,55 +127,39 @@ impl Helfand {
         if !context.is_equilibrium {
             return Some("the system is not left alone at equilibrium");
         }
-        let is_heat = self.of == Coefficient::HeatConductivity;
+        let is_heat = self.of == Transported::Heat;
         (is_heat && !system.is_pure).then_some("the bodies differ, so that they carry enthalpy")
     }
 
-    /// The coefficient from the slope of the mean square between these lags.
-    fn coefficient(
-        &self,
-        lags: &[f64],
-        means: &[BlockMean],
-        context: &Context<'_>,
-    ) -> Option<Figure> {
-        let curve = TransportCurve {
-            lags,
-            means,
-            blocks: context.blocks,
-            block: context.block,
-            of: Taken::Itself,
-        };
+    /// The coefficient from the slope of the mean square, once it is known between which lags.
+    fn coefficient(&self, context: &Context<'_>) -> Option<Coefficient> {
         let rate = self.collision_rate()?;
-        let slope: Slope = curve.slope_between(BETWEEN.map(|times| times / rate))?;
         let [sum, samples] = self.temperatures;
         let (kt, area) = (sum / samples, self.system?.area);
-        let (name, per_slope, unit) = match self.of {
-            Coefficient::Viscosity => ("shear viscosity", 2.0 * area * kt, "mass/time"),
-            Coefficient::HeatConductivity => {
-                ("heat conductivity λ/k", 2.0 * area * kt * kt, "1/time")
-            }
+        let viscosity: fn(&HardDiscs) -> f64 = HardDiscs::viscosity;
+        let (named, per_slope, theory) = match self.of {
+            Transported::Momentum => (("shear viscosity", "mass/time"), 2.0 * area * kt, viscosity),
+            Transported::Heat => (
+                ("heat conductivity λ/k", "1/time"),
+                2.0 * area * kt * kt,
+                HardDiscs::heat_conductivity as fn(&HardDiscs) -> f64,
+            ),
         };
-        let theory = match self.of {
-            Coefficient::Viscosity => HardDiscs::viscosity,
-            Coefficient::HeatConductivity => HardDiscs::heat_conductivity,
-        };
-        let name = context.named(&slope.named(name));
-        Some(
-            Figure::new(name, slope.value / per_slope, unit)
-                .error(slope.standard_error.map(|error| error / per_slope))
-                .predicted(context.gas().map(theory), SONINE),
-        )
+        let between = Reading::SlopeBetween(BETWEEN.map(|times| times / rate));
+        let reading = (between, 1.0 / per_slope);
+        let coefficient = Coefficient::new(named, reading, 0, &self.moment.lags(), context);
+        Some(coefficient.predicted(context.gas().map(theory), SONINE))
     }
 
     /// The table of the mean square, without its caption.
     fn table(&self, lags: &[f64], means: &[BlockMean], context: &Context<'_>) -> Table {
         let (name, title, unit) = match self.of {
-            Coefficient::Viscosity => (
+            Transported::Momentum => (
                 VISCOSITY.name,
                 "Mean squared Helfand moment of the shear stress",
                 "mass²·length⁴/time²",
             ),
-            Coefficient::HeatConductivity => (
+            Transported::Heat => (
                 HEAT_CONDUCTIVITY.name,
                 "Mean squared Helfand moment of the energy",
                 "mass²·length⁶/time⁴",
@@ -233,25 +214,23 @@ impl Measured for Helfand {
         let table = self.table(&lags, &means, context);
         if let Some(obstacle) = self.obstacle(context) {
             let caption = format!("Its slope is no coefficient of the system: {obstacle}.");
+            let name = match self.of {
+                Transported::Momentum => "viscosity",
+                Transported::Heat => "heat conductivity",
+            };
             return Results {
                 tables: vec![table.caption(caption)],
+                reasons: vec![format!("No {name} of the system: {obstacle}.")],
                 ..Results::default()
             };
         }
         let caption = match self.of {
-            Coefficient::Viscosity => "Its slope over 2 A kT is the shear viscosity.",
-            Coefficient::HeatConductivity => {
-                "Its slope over 2 A (kT)² is the heat conductivity by k."
-            }
+            Transported::Momentum => "Its slope over 2 A kT is the shear viscosity.",
+            Transported::Heat => "Its slope over 2 A (kT)² is the heat conductivity by k.",
         };
-        let figures: Vec<Figure> = self
-            .coefficient(&lags, &means, context)
-            .into_iter()
-            .collect();
         Results {
             tables: vec![table.caption(caption)],
-            is_too_short: figures.is_empty(),
-            figures,
+            coefficients: self.coefficient(context).into_iter().collect(),
             ..Results::default()
         }
     }

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use super::{
     HardDiscs,
+    coefficient::Coefficient,
     transport::{error_of_sum, joined_at},
 };
 use crate::{
@@ -215,9 +216,11 @@ pub struct Results {
     pub overlap_checks: u64,
     /// Sums, tables and figures of each measure, for merging with other runs.
     pub records: Vec<MeasureRecord>,
-    /// Whether a measure has no figure because the run was too short.
+    /// Coefficients of curves over the lag, which become figures.
     #[serde(skip)]
-    pub is_too_short: bool,
+    pub(crate) coefficients: Vec<Coefficient>,
+    /// Why a measure that the scene asks for has no figure, as sentences.
+    pub reasons: Vec<String>,
     /// Measures that the scene asks for and that have no figure because the run was too short.
     pub silent: Vec<String>,
 }
@@ -237,6 +240,7 @@ impl Results {
         self.overlap_checks += other.overlap_checks;
         self.records.extend(other.records);
         self.silent.extend(other.silent);
+        self.reasons.extend(other.reasons);
     }
 
     /// Writes the tables as CSV files.

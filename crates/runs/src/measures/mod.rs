@@ -11,6 +11,7 @@ mod bond_order_relaxation;
 mod chain_relaxation;
 mod chains;
 mod clusters;
+pub(crate) mod coefficient;
 mod collision_rate;
 mod contact_density;
 mod correlation;

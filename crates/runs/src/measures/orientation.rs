@@ -4,12 +4,14 @@
 use carom::{
     CollisionReport, Observer, OrientationCorrelation, View, engine::Body, observers::Group,
 };
-use carom_tables::{BlockMean, Figure, Table, significant};
+use carom_tables::{BlockMean, Table};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Context, MAX_LAG, MeasureKind, Measured, Of, Results, Span, in_blocks, resumed,
-    transport::{MIN_PAIRS, Plateau, Taken, TransportCurve, TransportValue},
+    Context, MAX_LAG, MeasureKind, Measured, Of, Results, Span,
+    coefficient::{Coefficient, Reading},
+    in_blocks, resumed,
+    transport::MIN_PAIRS,
 };
 
 pub(super) const KIND: MeasureKind = MeasureKind {
@@ -121,7 +123,6 @@ impl Measured for Orientations {
             }
             found
         };
-        let (cosines, products) = (quantity(0), quantity(2));
         let table = Table::new(
             context.table("orientation"),
             "Correlation of orientations and of angular velocities",
@@ -129,9 +130,9 @@ impl Measured for Orientations {
         .logarithmic()
         .abscissa("lag", "time", lags[..measured].to_vec())
         .counts("pairs", points.iter().map(|point| point.pairs).collect())
-        .means("cos_Δθ", "1", &cosines)
+        .means("cos_Δθ", "1", &quantity(0))
         .means("cos_2Δθ", "1", &quantity(1))
-        .means("angular_velocity_autocorrelation", "1/time²", &products)
+        .means("angular_velocity_autocorrelation", "1/time²", &quantity(2))
         .relative_to_first(&["angular_velocity_autocorrelation"])
         .caption(
             "⟨cos Δθ⟩ and ⟨cos 2Δθ⟩ of the bodies that turn: 1 at lag 0, 0 when orientations are forgotten. Lags with \
@@ -139,84 +140,32 @@ impl Measured for Orientations {
         );
         let isotropic = (context.is_equilibrium && self.is_free).then_some(0.0);
         let names = ["mean cos θ", "mean cos 2θ", "mean cos 3θ", "mean cos 4θ"];
-        let mut figures = rotational_diffusion(&lags[..measured], &cosines, &products, context);
-        figures.extend(context.figures(
+        let figures = context.figures(
             names.map(|name| (name, "1", isotropic)),
             harmonics,
             "isotropy",
-        ));
+        );
         Results {
             tables: vec![table],
+            coefficients: coefficients(&lags, context),
             figures,
             ..Results::default()
         }
     }
 }
 
-/// ⟨cos Δθ⟩ below this is not used for the rotational diffusion coefficient: its logarithm is
-/// noise.
-const MIN_COSINE: f64 = 0.1;
-
-/// ⟨cos Δθ⟩ must exceed this number of its standard errors, for its logarithm to be known.
-const MIN_RESOLUTION: f64 = 4.0;
-
 /// The rotational diffusion coefficient D_r, with ⟨cos Δθ⟩ ∝ exp(−D_r t) at long lags: from that
 /// decay, and as the integral of the autocorrelation of the angular velocity.
-fn rotational_diffusion(
-    lags: &[f64],
-    cosines: &[BlockMean],
-    products: &[BlockMean],
-    context: &Context<'_>,
-) -> Vec<Figure> {
-    let is_usable = |mean: &BlockMean| {
-        let (Some(value), Some(error)) = (mean.value, mean.standard_error) else {
-            return false;
-        };
-        value >= MIN_COSINE && value >= MIN_RESOLUTION * error
+fn coefficients(lags: &[f64], context: &Context<'_>) -> Vec<Coefficient> {
+    // After C₁ and C₂.
+    let memory = 2 * lags.len();
+    let of = |name, reading, curve| {
+        Coefficient::new((name, "1/time"), (reading, 1.0), curve, lags, context)
     };
-    let forgotten = cosines
-        .iter()
-        .position(|mean| mean.value.is_none_or(|value| value < MIN_COSINE));
-    let cosines: Vec<BlockMean> = cosines[..forgotten.unwrap_or(cosines.len())]
-        .iter()
-        .map(|mean| BlockMean {
-            standard_error: mean.standard_error.filter(|_| is_usable(mean)),
-            ..*mean
-        })
-        .collect();
-    let of_cosines = TransportCurve {
-        lags,
-        means: &cosines,
-        blocks: context.blocks,
-        block: context.block,
-        of: Taken::MinusLogarithm,
-    };
-    let of_products = TransportCurve {
-        lags,
-        means: products,
-        blocks: context.blocks,
-        block: context.block,
-        of: Taken::Itself,
-    };
-    let decay = of_cosines
-        .plateau(products)
-        .map(|plateau| at_long_lags(&plateau, context));
-    let integral = of_products.integral().map(|(integral, until)| {
-        let name = format!(
-            "rotational diffusion coefficient D_r from angular velocities, up to lag {}",
-            significant(until, 3)
-        );
-        Figure::new(context.named(&name), integral.value, "1/time").error(integral.standard_error)
-    });
-    decay.into_iter().chain(integral).collect()
-}
-
-/// The rotational diffusion coefficient from the decay of ⟨cos Δθ⟩ at long lags.
-fn at_long_lags(plateau: &Plateau, context: &Context<'_>) -> Figure {
-    let TransportValue {
-        value,
-        standard_error,
-    } = plateau.slope;
-    let name = plateau.named("rotational diffusion coefficient D_r");
-    Figure::new(context.named(&name), value, "1/time").error(standard_error)
+    let name = "rotational diffusion coefficient D_r";
+    let of_velocities = format!("{name} from angular velocities");
+    vec![
+        of(name, Reading::Decay { memory }, 0),
+        of(&of_velocities, Reading::Integral, memory),
+    ]
 }

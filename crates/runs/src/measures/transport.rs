@@ -183,11 +183,19 @@ impl TransportCurve<'_> {
         self.combination(&[(to, per_time), (from, -per_time)])
     }
 
-    /// The slope between the first lags of at least these (time); `None` if the curve is too short
-    /// or too coarse.
+    /// The slope between the lags that are nearest to these (time), by their ratio; `None` if the
+    /// curve is too short or too coarse.
     pub(super) fn slope_between(&self, lags: [f64; 2]) -> Option<Slope> {
-        let [from, to] = lags.map(|least| self.lags.iter().position(|&lag| lag >= least));
-        let (from, to) = (from?, to?);
+        let longest = *self.lags.last()?;
+        let nearest = |requested: f64| {
+            let ratio = |lag: f64| (lag / requested).max(requested / lag);
+            let places = 1..self.lags.len();
+            places.min_by(|&a, &b| ratio(self.lags[a]).total_cmp(&ratio(self.lags[b])))
+        };
+        if lags[1] > longest {
+            return None;
+        }
+        let (from, to) = (nearest(lags[0])?, nearest(lags[1])?);
         let value = |place: usize| self.means.get(place)?.value;
         let between = [self.lags[from], self.lags[to]];
         let duration = between[1] - between[0];

@@ -78,7 +78,7 @@ fn start<K: Named>(selection: &Selection<'_>) -> Result<Box<dyn Measure>> {
     } = K::WORDS;
     ensure!(
         selection.view.bodies().any(is_wall),
-        "run.observe: '{measure}': {missing}"
+        "{missing}"
     );
     Ok(in_blocks(WallEnergy::<K>::new(selection.group)))
 }

@@ -11,7 +11,7 @@ use carom_tables::{
 
 use super::rebin::with_common_bins;
 use crate::{
-    measures::Results,
+    measures::{Results, coefficient::Coefficient},
     record::{MeasureRecord, Record, RunRecord},
     run::outcome::is_shown,
 };
@@ -40,6 +40,7 @@ pub fn results(record: &Record) -> Results {
         }
         let merged = Merged::new(&sums, parts.iter().collect());
         results.tables.extend(merged.tables());
+        results.figures.extend(merged.figures_of_curves(&sums));
         results.figures.extend(merged.figures());
         results.drawings.extend(
             parts
@@ -96,6 +97,23 @@ impl<'a> Merged<'a> {
     fn mean(&self, quantity: usize, has_error: bool) -> BlockMean {
         let means = if has_error { &self.means } else { &self.by_run };
         means.get(quantity).copied().unwrap_or_default()
+    }
+
+    /// The coefficients of the curves of all runs together, read anew.
+    fn figures_of_curves(&self, sums: &MergedSums) -> Vec<Figure> {
+        let total = sums.total();
+        let parts = self.parts.iter();
+        let blocks: Vec<_> = parts.map(|part| part.sums.blocks.clone()).collect();
+        let count = self.parts.first().map_or(0, |part| part.coefficients.len());
+        let figure = |index: usize| {
+            let parts = self.parts.iter();
+            let same: Vec<_> = parts
+                .filter_map(|part| part.coefficients.get(index))
+                .collect();
+            let figure = Coefficient::merged(&same)?.figure(&total, &blocks)?;
+            Some(figure.resolved())
+        };
+        (0..count).filter_map(figure).collect()
     }
 
     fn figures(&self) -> Vec<Figure> {

@@ -1,8 +1,9 @@
 //! The standard errors of replicas against their scatter, for every figure and table.
 
 use carom_tables::{
-    Role, Table,
+    Figure, Role, Table,
     calibration::{Calibration, MIN_REPLICAS, MeasuredMean},
+    without_numbers,
 };
 
 use super::average::measures;
@@ -37,11 +38,22 @@ fn of_measure(parts: &[MeasureRecord]) -> Vec<Calibration> {
         .figures
         .iter()
         .filter_map(|(figure, _)| of_figure(&figure.name));
+    let curves: Vec<Vec<Figure>> = parts.iter().map(MeasureRecord::figures_of_curves).collect();
+    let of_curve = |figure: &Figure| {
+        let name = without_numbers(&figure.name);
+        let found = |figures: &Vec<Figure>| -> Option<MeasuredMean> {
+            let mut figures = figures.iter();
+            let same = figures.find(|figure| without_numbers(&figure.name) == name)?;
+            Some((same.value, same.standard_error))
+        };
+        Calibration::new(&name, &[curves.iter().filter_map(found).collect()])
+    };
+    let of_curves = curves.first().into_iter().flatten().filter_map(of_curve);
     let tables = first
         .tables
         .iter()
         .flat_map(|table| of_table(&table.name, table, parts));
-    figures.chain(tables).collect()
+    of_curves.chain(figures).chain(tables).collect()
 }
 
 /// The columns with errors of a table.

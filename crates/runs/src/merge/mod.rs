@@ -27,7 +27,7 @@ use crate::{
     measures::Results,
     output::{Destination, Folder, is_same_folder},
     record::{Record, RunRecord},
-    report::{self, FolderState, RUNS},
+    report::{self, FolderState, RUNS, few_samples_in_words},
     units::units,
 };
 
@@ -136,14 +136,12 @@ impl MergedRuns {
             collisions_per_second: totals.collisions as f64 / seconds.max(1e-9),
             ..totals
         };
-        let notes = record.runs.values().map(|run| &run.note);
+        let mut notes = record.runs.values().map(|run| &run.note);
+        let note = notes.find(|note| !note.is_empty()).cloned();
+        let few = few_samples_in_words(&results.figures);
         let summary = Summary {
             title,
-            note: notes
-                .into_iter()
-                .find(|note| !note.is_empty())
-                .cloned()
-                .unwrap_or_default(),
+            note: note.into_iter().chain(few).collect::<Vec<_>>().join(" "),
             totals,
             checks: totals
                 .checks()
@@ -171,6 +169,7 @@ impl MergedRuns {
     /// A file cannot be written.
     pub fn write(&self, record: &Record, folder: &Folder) -> Result<()> {
         folder.write_table(RUNS, &COLUMNS, run_rows(record))?;
+        folder.write_table(FIGURES_BY_RUN, &FIGURE_COLUMNS, figure_rows(record))?;
         self.results.write(folder)?;
         report::write_tables(&self.results, folder)?;
         let Self {
@@ -185,6 +184,43 @@ impl MergedRuns {
 
 /// A row of the table of merged runs: seed, replica, collisions, simulated time.
 pub type RunRow = (u64, u64, u64, f64);
+
+/// The figures of each merged run.
+const FIGURES_BY_RUN: &str = "figures-by-run.csv";
+
+/// Names of the columns of that table.
+const FIGURE_COLUMNS: [&str; 6] = [
+    "seed",
+    "replica",
+    "figure",
+    "value",
+    "standard_error",
+    "unit",
+];
+
+/// A row for each figure of each run: seed, replica, name, value, standard error and unit.
+fn figure_rows(record: &Record) -> Vec<(u64, u64, String, f64, Option<f64>, String)> {
+    let of_run = |(replica, run): (&Replica, &RunRecord)| {
+        let of_measures = run.measures.iter().flat_map(|measure| {
+            let others = measure.figures.iter().map(|(figure, _)| figure.clone());
+            measure.figures_of_curves().into_iter().chain(others)
+        });
+        let figures = run.figures.iter().cloned().chain(of_measures);
+        let (seed, number) = (replica.seed, replica.number);
+        let row = |figure: Figure| {
+            let Figure {
+                name,
+                value,
+                standard_error,
+                unit,
+                ..
+            } = figure;
+            (seed, number, name, value, standard_error, unit)
+        };
+        figures.map(row).collect::<Vec<_>>()
+    };
+    record.runs.iter().flat_map(of_run).collect()
+}
 
 /// Names of the columns of that table.
 const COLUMNS: [&str; 4] = ["seed", "replica", "collisions", "simulated_time"];

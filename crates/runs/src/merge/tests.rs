@@ -6,6 +6,7 @@ use crate::{
 };
 use carom::Scene;
 use carom_methods::Method;
+use carom_tables::without_numbers;
 
 /// A short run of 40 discs.
 fn one(seed: u64) -> Record {
@@ -48,6 +49,119 @@ fn merged(parts: &[&Record]) -> Record {
         .iter()
         .for_each(|part| all.merge((*part).clone()).unwrap());
     all
+}
+
+/// A run of 60 dumbbells that measures coefficients of curves.
+fn of_curves(seed: u64) -> Record {
+    let scene = Scene::from_toml(&format!(
+        r#"
+            [box]
+            seed = {seed}
+            [[gas]]
+            tags = ["gas"]
+            shape = "dumbbell"
+            atom_radius = 0.02
+            atom_mass = 1.0
+            temperature = 1.0
+            velocities = "maxwell"
+            count = 60
+            [run]
+            until = 12.0
+            sample_interval = 0.02
+            measure_from = 0.4
+            observe = ["correlation:gas", "orientation:gas", "viscosity"]
+        "#
+    ));
+    let scene = scene.unwrap();
+    let outcome = in_memory(&scene, &Signals::watch().unwrap()).unwrap();
+    checkpoint_round_trip(&outcome.record(&scene, &Method::default()))
+}
+
+/// The lags at which a coefficient is read depend on the data. That of several runs is read from the
+/// curve of all of them, none left out, and its error covers the scatter.
+#[test]
+fn coefficients_of_merged_runs_are_read_from_their_common_curve() {
+    let parts: Vec<Record> = (1..=8).map(of_curves).collect();
+    let all = average::results(&merged(&parts.iter().collect::<Vec<_>>()));
+    let column = |results: &Results, table: &str, name: &str| {
+        let table = results
+            .tables
+            .iter()
+            .find(|found| found.name == table)
+            .unwrap();
+        let found = |name: &str| {
+            let column = table.columns.iter().find(|column| column.name == name);
+            column.unwrap().values.clone()
+        };
+        (found("lag"), found(name))
+    };
+    for (begin, table, name, factor) in [
+        (
+            "diffusion coefficient at long lags, ",
+            "correlation-gas",
+            "mean_square_displacement",
+            0.25,
+        ),
+        (
+            "shear viscosity, from lags ",
+            "viscosity",
+            "mean_square",
+            f64::NAN,
+        ),
+    ] {
+        let figure = all
+            .figures
+            .iter()
+            .find(|figure| {
+                figure
+                    .name
+                    .trim_start_matches("apparent ")
+                    .starts_with(begin)
+            })
+            .unwrap_or_else(|| panic!("{begin}: {:?}", all.figures));
+        let numbers: Vec<f64> = figure
+            .name
+            .split([' ', ','])
+            .filter_map(|word| word.parse().ok())
+            .collect();
+        let slope = |results: &Results| {
+            let (lags, values) = column(results, table, name);
+            let at = |lag: f64| {
+                let near = |found: &Option<f64>| (found.unwrap() / lag - 1.0).abs() < 1e-3;
+                values[lags.iter().position(near).unwrap()].unwrap()
+            };
+            (at(numbers[1]) - at(numbers[0])) / (numbers[1] - numbers[0])
+        };
+        let slopes: Vec<f64> = parts
+            .iter()
+            .map(|part| slope(&average::results(part)))
+            .collect();
+        let mean = slopes.iter().sum::<f64>() / 8.0;
+        let scatter = (slopes.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / 7.0 / 8.0).sqrt();
+        let factor = if factor.is_nan() {
+            figure.value / slope(&all)
+        } else {
+            factor
+        };
+        assert!(
+            (figure.value / (factor * slope(&all)) - 1.0).abs() < 1e-9,
+            "{figure:?}"
+        );
+        assert!((slope(&all) / mean - 1.0).abs() < 1e-9);
+        let ratio = figure.standard_error.unwrap() / (factor * scatter);
+        assert!((0.4..2.5).contains(&ratio), "{begin}: {ratio}");
+    }
+    // Together they resolve at least the lags of the first alone, and have one name each.
+    let names = |results: &Results| -> Vec<String> {
+        let names = results
+            .figures
+            .iter()
+            .map(|figure| without_numbers(&figure.name));
+        names
+            .map(|name| name.replace("apparent ", "").replace(", no plateau", ""))
+            .collect()
+    };
+    assert_eq!(names(&all), names(&average::results(&parts[0])));
 }
 
 #[test]

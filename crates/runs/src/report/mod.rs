@@ -24,7 +24,7 @@ use clap::Args;
 
 use contents::{FolderContents, FolderKind};
 pub use contents::{FolderState, MEASURED_FROM, RUNS};
-pub use stationarity_in_words::stationarity_in_words;
+pub use stationarity_in_words::{few_samples_in_words, stationarity_in_words};
 pub use tables_file::write as write_tables;
 pub use tests_in_words::tests_in_words;
 pub use verdict::{FIXED_BODIES, NOT_EXACT};

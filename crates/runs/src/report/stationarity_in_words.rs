@@ -55,6 +55,40 @@ pub fn stationarity_in_words(figures: &[(&str, &Figure)]) -> Option<String> {
     ))
 }
 
+/// Fewer independent samples do not tell the error of a mean.
+const MIN_INDEPENDENT: f64 = 8.0;
+
+/// Most figures that a sentence names.
+const MAX_NAMED: usize = 3;
+
+/// The figures whose samples remember each other for so long that few of them are independent: their
+/// errors may be too small. `None` if there are none.
+pub fn few_samples_in_words(figures: &[Figure]) -> Option<String> {
+    let few = |figure: &&Figure| {
+        let found = figure
+            .stationarity
+            .filter(|_| figure.standard_error != Some(0.0));
+        found.is_some_and(|found| found.independent_blocks < MIN_INDEPENDENT)
+    };
+    let names: Vec<&str> = figures
+        .iter()
+        .filter(few)
+        .map(|figure| figure.name.as_str())
+        .collect();
+    let more = names.len().saturating_sub(MAX_NAMED);
+    let named = names[..names.len() - more].join(", ");
+    let more = match more {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    (!names.is_empty()).then(|| {
+        format!(
+            "Fewer than {MIN_INDEPENDENT} independent samples of {named}{more}: they change slowly, and their errors may \
+             be too small. Run longer."
+        )
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -72,6 +106,25 @@ mod tests {
             stationarity: Some(stationarity),
             ..Figure::new(name, value, "energy/length²")
         }
+    }
+
+    #[test]
+    fn figures_with_a_long_memory_are_named() {
+        let slow = |name: &str, blocks: f64| {
+            let mut figure = figure(name, 1.0, 0.0, None);
+            let found = figure.stationarity.as_mut().unwrap();
+            found.independent_blocks = blocks;
+            figure.error(0.1)
+        };
+        let found = few_samples_in_words(&[slow("order", 3.0), slow("pressure", 40.0)]).unwrap();
+        assert!(found.starts_with("Fewer than 8 independent samples of order: they change slowly"));
+        assert_eq!(few_samples_in_words(&[slow("pressure", 40.0)]), None);
+        let many: Vec<Figure> = (0..5).map(|n| slow(&format!("f{n}"), 2.0)).collect();
+        assert!(
+            few_samples_in_words(&many)
+                .unwrap()
+                .contains("f0, f1, f2 and 2 more:")
+        );
     }
 
     fn words(figures: &[Figure]) -> Option<String> {

@@ -22,7 +22,7 @@ use crate::{
     price::{self, Price},
     progress::Progress,
     record::{Record, RunRecord},
-    report::{FIXED_BODIES, MEASURED_FROM, NOT_EXACT},
+    report::{FIXED_BODIES, MEASURED_FROM, NOT_EXACT, few_samples_in_words},
     resumable::{FoundCheckpoint, Resumable, Start, Task},
     visible_region::picture_of,
     whole_box::maps_of,
@@ -432,6 +432,43 @@ impl RunOutcome {
             .collect()
     }
 
+    /// What a reader must know of the trajectory.
+    fn note_on_dynamics(&self, method: &Method) -> Vec<String> {
+        let mut notes = Vec::new();
+        if !method.is_exact() {
+            notes.push(format!(
+                "{NOT_EXACT}. Method: {method}. Contacts may be missed, late or invented, so overlaps are a \
+                 result here and not a fault."
+            ));
+        }
+        if self.at_once[1] > 0 {
+            notes.push(
+                "Some contacts followed another one of the same body at the same instant. They were resolved one after \
+                 the other, in the order of the numbers of their bodies, on which the result depends."
+                    .to_owned(),
+            );
+        }
+        notes
+    }
+
+    /// What a reader must know of this run alone: what it has too little of.
+    fn note_on_data(&self) -> Vec<String> {
+        let mut notes = self.results.reasons.clone();
+        if !self.results.silent.is_empty() {
+            notes.push(format!(
+                "Too little data for a figure of {}: run longer, or sample more often.",
+                self.results.silent.join(", ")
+            ));
+        }
+        notes.extend(few_samples_in_words(&self.results.figures));
+        if !is_judged(&self.results.figures) {
+            notes.push(format!(
+                "Whether the means change was not judged: it takes {MIN_JUDGED} samples or more."
+            ));
+        }
+        notes
+    }
+
     /// Figures and checks.
     pub fn summary(&self, title: String, method: &Method) -> Summary {
         let mut figures = self.system_figures();
@@ -454,35 +491,14 @@ impl RunOutcome {
             figures.push(Figure::new(name, *count as f64, "1"));
         }
         let mut checks = self.totals.checks();
-        let mut note = String::new();
         if !method.is_exact() {
-            note = format!(
-                "{NOT_EXACT}. Method: {method}. Contacts may be missed, late or invented, so overlaps are a \
-                 result here and not a fault."
-            );
             checks.retain(|check| check.name != OVERLAPPING_PAIRS);
             figures.extend(self.overlap_figures());
         }
         figures.extend(self.price.iter().flat_map(Price::figures));
-        if !self.results.silent.is_empty() {
-            note = format!(
-                "{note} Too little data for a figure of {}: run longer, or sample more often.",
-                self.results.silent.join(", ")
-            );
-        }
-        if !is_judged(&self.results.figures) {
-            note = format!(
-                "{note} Whether the means change was not judged: it takes {MIN_JUDGED} samples or more."
-            );
-        }
-        if self.at_once[1] > 0 {
-            note = format!(
-                "{note} Some contacts followed another one of the same body at the same instant. They were resolved one \
-                 after the other, in the order of the numbers of their bodies, on which the result depends."
-            );
-        }
+        let notes = [self.note_on_dynamics(method), self.note_on_data()];
+        let note = notes.concat().join(" ");
         checks.extend(figures.iter().filter_map(Figure::check));
-        let note = note.trim_start().to_owned();
         Summary {
             title,
             note,
@@ -523,7 +539,7 @@ impl RunOutcome {
 
     /// What other runs of the scene are merged with.
     pub fn record(&self, scene: &Scene, method: &Method) -> Record {
-        let note = self.summary(String::new(), method).note;
+        let note = self.note_on_dynamics(method).join(" ");
         let run = RunRecord {
             // The speed differs between runs of the same bits.
             totals: Totals {

@@ -68,6 +68,9 @@ impl PistonRoom<'_> {
                 force(draw, side)
             },
             stops,
+            // The reckoning of flights and energies knows constant forces alone.
+            spring: 0.0,
+            relaxed_at: None,
         })
     }
 

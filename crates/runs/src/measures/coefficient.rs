@@ -1,0 +1,209 @@
+//! Coefficients that are read from a curve over the lag, such as a diffusion coefficient: from the
+//! sums of one run, and anew from those of several runs together.
+//!
+//! At which lags a coefficient is read depends on the data. So the coefficients of replicas are not
+//! averaged: they belong to different lags, and merged runs resolve longer ones.
+
+use carom_tables::{BlockMean, Figure, Sums, block_sums, significant};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Context,
+    transport::{
+        MIN_PAIRS, Plateau, Slope, Taken, TransportCurve, TransportValue, error_of_sum, joined_at,
+    },
+};
+
+/// ⟨cos Δθ⟩ below this is not used for its decay: its logarithm is noise.
+const MIN_COSINE: f64 = 0.1;
+
+/// ⟨cos Δθ⟩ must exceed this number of its standard errors, for its logarithm to be known.
+const MIN_RESOLUTION: f64 = 4.0;
+
+/// What a coefficient is, and how it follows from the sums of a measure.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Coefficient {
+    /// Its name without lags.
+    name: String,
+    /// The label of the measure, which ends the name.
+    label: Option<String>,
+    unit: String,
+    /// The coefficient by what is read from the curve.
+    factor: f64,
+    reading: Reading,
+    /// The number of the sums of the curve at the first lag; those at the others follow.
+    curve: usize,
+    /// All lags (time), from 0 on.
+    lags: Vec<f64>,
+    /// Duration of a block (time).
+    block: f64,
+    /// A prediction and its source.
+    prediction: Option<(f64, String)>,
+}
+
+/// What is read from a curve.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(super) enum Reading {
+    /// The slope between the first lags of at least these (time).
+    SlopeBetween([f64; 2]),
+    /// The slope where it has become constant. `memory` is the number of the first sum of the
+    /// autocorrelation of the velocities at the same lags.
+    Plateau { memory: usize },
+    /// The rate at which the curve decays exponentially, in the same way.
+    Decay { memory: usize },
+    /// The integral from lag 0 on.
+    Integral,
+}
+
+impl Coefficient {
+    /// A coefficient of this name and unit: `factor` times what is read from the curve whose sums
+    /// begin with number `curve`, one for each of `lags` (time).
+    pub(super) fn new(
+        (name, unit): (&str, &str),
+        (reading, factor): (Reading, f64),
+        curve: usize,
+        lags: &[f64],
+        context: &Context<'_>,
+    ) -> Self {
+        Self {
+            name: name.to_owned(),
+            label: context.label.word().map(str::to_owned),
+            unit: unit.to_owned(),
+            factor,
+            reading,
+            curve,
+            lags: lags.to_vec(),
+            block: context.block,
+            prediction: None,
+        }
+    }
+
+    /// Sets the prediction, if there is one, and its source.
+    pub(super) fn predicted(self, prediction: Option<f64>, source: &str) -> Self {
+        let prediction = prediction.map(|value| (value, source.to_owned()));
+        Self { prediction, ..self }
+    }
+
+    /// The coefficient of several runs of one scene: of the first, with the factors and the
+    /// predictions in the mean.
+    pub fn merged(all: &[&Self]) -> Option<Self> {
+        let count = all.len() as f64;
+        let mean = |sum: f64| sum / count;
+        let first = *all.first()?;
+        let predictions = all.iter().map(|one| Some(one.prediction.as_ref()?.0));
+        let prediction = predictions.sum::<Option<f64>>().map(mean);
+        let source = first.prediction.as_ref().map(|(_, source)| source.clone());
+        Some(Self {
+            factor: mean(all.iter().map(|one| one.factor).sum()),
+            // Each run has found its own start, and so the duration of its blocks.
+            block: all.iter().map(|one| one.block).fold(0.0, f64::max),
+            prediction: prediction.zip(source),
+            ..first.clone()
+        })
+    }
+
+    /// The figure from the sums over all runs and the blocks of each; `None` if they are too few.
+    pub fn figure(&self, total: &[[f64; 2]], runs: &[Vec<Sums>]) -> Option<Figure> {
+        let blocks = runs.concat();
+        let curve = self.means(self.curve, total, runs, &blocks);
+        let of_curve = |means, of| TransportCurve {
+            lags: &self.lags,
+            means,
+            blocks: &blocks,
+            block: self.block,
+            of,
+        };
+        let (name, value, error) = match self.reading {
+            Reading::SlopeBetween(between) => {
+                let slope: Slope = of_curve(&curve, Taken::Itself).slope_between(between)?;
+                (slope.named(&self.name), slope.value, slope.standard_error)
+            }
+            Reading::Plateau { memory } => {
+                let memory = self.means(memory, total, runs, &blocks);
+                self.of_plateau(of_curve(&curve, Taken::Itself).plateau(&memory)?)
+            }
+            Reading::Decay { memory } => {
+                let memory = self.means(memory, total, runs, &blocks);
+                let known = known_cosines(&curve);
+                self.of_plateau(of_curve(&known, Taken::MinusLogarithm).plateau(&memory)?)
+            }
+            Reading::Integral => {
+                let (integral, until) = of_curve(&curve, Taken::Itself).integral()?;
+                let name = format!("{}, up to lag {}", self.name, significant(until, 3));
+                (name, integral.value, Some(integral.standard_error))
+            }
+        };
+        let name = match &self.label {
+            Some(label) => format!("{name}, {label}"),
+            None => name,
+        };
+        let figure = Figure::new(name, self.factor * value, &self.unit)
+            .error(error.map(|error| self.factor * error));
+        Some(match &self.prediction {
+            Some((prediction, source)) => figure.predicted(*prediction, source),
+            None => figure,
+        })
+    }
+
+    fn of_plateau(&self, plateau: Plateau) -> (String, f64, Option<f64>) {
+        let TransportValue {
+            value,
+            standard_error,
+        } = plateau.slope;
+        (plateau.named(&self.name), value, Some(standard_error))
+    }
+
+    /// The means at all lags of a quantity whose sums begin with number `first`, with errors as far
+    /// as blocks are long enough; none at lags with few pairs.
+    fn means(
+        &self,
+        first: usize,
+        total: &[[f64; 2]],
+        runs: &[Vec<Sums>],
+        blocks: &[Sums],
+    ) -> Vec<BlockMean> {
+        let all = block_sums::means(total, runs);
+        let mean = |(place, &lag): (usize, &f64)| {
+            let quantity = first + place;
+            let (Some(&[_, pairs]), Some(&mean)) = (total.get(quantity), all.get(quantity)) else {
+                return BlockMean::default();
+            };
+            if pairs < MIN_PAIRS as f64 {
+                return BlockMean::default();
+            }
+            let joined = joined_at(lag, self.block);
+            let standard_error = if lag < self.block {
+                mean.standard_error
+            } else if lag < joined as f64 * self.block {
+                error_of_sum(blocks, joined, [(mean, 1.0)])
+            } else {
+                None
+            };
+            BlockMean {
+                standard_error,
+                ..mean
+            }
+        };
+        self.lags.iter().enumerate().map(mean).collect()
+    }
+}
+
+/// ⟨cos Δθ⟩ up to the lag at which it is forgotten, with errors where its logarithm is known.
+fn known_cosines(cosines: &[BlockMean]) -> Vec<BlockMean> {
+    let is_usable = |mean: &BlockMean| {
+        let (Some(value), Some(error)) = (mean.value, mean.standard_error) else {
+            return false;
+        };
+        value >= MIN_COSINE && value >= MIN_RESOLUTION * error
+    };
+    let forgotten = cosines
+        .iter()
+        .position(|mean| mean.value.is_none_or(|value| value < MIN_COSINE));
+    cosines[..forgotten.unwrap_or(cosines.len())]
+        .iter()
+        .map(|mean| BlockMean {
+            standard_error: mean.standard_error.filter(|_| is_usable(mean)),
+            ..*mean
+        })
+        .collect()
+}
