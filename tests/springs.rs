@@ -42,7 +42,8 @@ fn a_piston_on_a_spring_swings_about_its_balance_and_is_reflected_by_stops() {
                 "{gravity}[[piston]]\nx = 0.5\nmass = 2.0\nspring = 18.0\n{balance}\nstops = [{low}, 0.7]\n{disc}"
             );
             let mut simulation = Simulation::new(&scene(&text)).unwrap();
-            // Ω = 3. Half a period, or a third of one, from the turning point to the next reflection.
+            // Ω = 3. Half a period, or a third of one, from the turning point to the next
+            // reflection.
             let half = if low < 0.1 { PI / 3.0 } else { 2.0 * PI / 9.0 };
             for step in 1..300 {
                 let time = 0.037 * f64::from(step);

@@ -55,7 +55,8 @@ pub enum Command {
     Merge(merge::MergeOptions),
     /// Write the page of a run folder again from its data
     Report(report::ReportOptions),
-    /// Write a trajectory as GSD (HOOMD) or as a LAMMPS dump
+    /// Write a trajectory for other programs: GSD (HOOMD), LAMMPS dump or data file; a table as
+    /// .npy
     Convert(convert::ConvertOptions),
     /// List the quantities that a scene can measure, with their parameters
     Measures,

@@ -293,9 +293,9 @@ impl BrownianOptions {
         })
     }
 
-    /// The scene of a gas in a periodic square, of equal discs if nothing else is given, without the molecule, and a small
-    /// fixed disc. A gas of nonzero momentum would flow as a wind; the fixed disc stops it
-    /// (Montanari 2017, section 3.1.1).
+    /// The scene of a gas in a periodic square, of equal discs if nothing else is given, without
+    /// the molecule, and a small fixed disc. A gas of nonzero momentum would flow as a wind; the
+    /// fixed disc stops it (Montanari 2017, section 3.1.1).
     fn square(&self, molecule: &Molecule) -> Result<Scene> {
         for (option, value) in [("--gas-radius", self.gas_radius), ("--side", self.side)] {
             if let Some(value) = value {

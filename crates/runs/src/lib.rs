@@ -15,6 +15,7 @@ pub mod clock;
 pub mod command_line;
 pub mod console;
 pub mod convert;
+mod curves;
 pub mod detect;
 pub mod encounters;
 pub mod examples;

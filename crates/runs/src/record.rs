@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     checkpoint_file::{self, CheckpointBody},
+    curves::Coefficient,
     finite::require_finite,
-    measures::coefficient::Coefficient,
     other_run::refuse_other,
     output::Folder,
 };

@@ -26,9 +26,9 @@ const WITH_MEMORY: f64 = 0.25;
 const CANCELLING: f64 = 0.25;
 
 /// Exponents of two of the smallest and largest b and c. Smaller than 1/2: indistinguishable from
-/// independent blocks. A larger c with b = 0: a memory of 23 blocks and more, which 64 blocks do not
-/// tell from a drift. Before the data the weight of a memory is as 1/c: otherwise the rare samples
-/// that look like a long one make errors too large.
+/// independent blocks. A larger c with b = 0: a memory of 23 blocks and more, which 64 blocks do
+/// not tell from a drift. Before the data the weight of a memory is as 1/c: otherwise the rare
+/// samples that look like a long one make errors too large.
 const MIN_EXPONENT: i32 = -1;
 const MAX_MEMORY: i32 = 9;
 const MAX_CANCELLING: i32 = 9;

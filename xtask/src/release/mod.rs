@@ -73,8 +73,8 @@ pub fn run(options: &ReleaseOptions) -> Result<Verdict> {
     write_changes(root, version, &folder, &mut skipped)?;
     package(shell, &metadata, &crates, &folder.join("crates"))?;
     let inside = folder.join(format!("carom-{version}-{machine}"));
-    binary(shell, &metadata, version, &inside)?;
-    python(shell, &folder.join("python"), &mut skipped)?;
+    binary(shell, &metadata, (version, &machine), &inside, &mut skipped)?;
+    let has_wheel = python(shell, &machine, &folder.join("python"), &mut skipped)?;
     let count = licences::write(&metadata, &folder)?;
     print_line(&format!("release: licences of {count} packages"));
     for name in [
@@ -87,6 +87,9 @@ pub fn run(options: &ReleaseOptions) -> Result<Verdict> {
     }
     if options.install {
         install(shell, &crates, &folder)?;
+        if has_wheel {
+            install_wheel(shell, &folder)?;
+        }
     } else {
         skipped.push("the installation in an empty folder: --install does it".to_owned());
     }
@@ -167,17 +170,55 @@ fn machine(shell: Shell<'_>) -> Result<String> {
         .context("rustc does not say for which machine it compiles")
 }
 
-/// Builds the program for this machine, and checks that it tells this version.
-fn binary(shell: Shell<'_>, metadata: &Metadata, version: &str, inside: &Path) -> Result<()> {
-    let build = ["build", "--release", "--locked", "--offline"];
-    shell.succeed("cargo", &[&build[..], &["--package", "carom-cli"]].concat())?;
+/// Version of the C library with which programs for Linux run: that of systems since 2014.
+const OLDEST_GLIBC: &str = "2.17";
+
+/// Whether programs for an older C library than that of this machine can be linked here, by zig.
+fn has_zig(shell: Shell<'_>, machine: &str) -> bool {
+    let is_installed = || {
+        repository::has_program("zig")
+            || shell
+                .output("python3", &["-m", "ziglang", "version"])
+                .is_ok()
+    };
+    machine.ends_with("linux-gnu") && is_installed()
+}
+
+/// Builds the program for this machine, with an old C library where that is possible, and checks
+/// that it tells this version.
+fn binary(
+    shell: Shell<'_>,
+    metadata: &Metadata,
+    (version, machine): (&str, &str),
+    inside: &Path,
+    skipped: &mut Skipped,
+) -> Result<()> {
+    let options = [
+        "--release",
+        "--locked",
+        "--offline",
+        "--package",
+        "carom-cli",
+    ];
+    let built = if has_zig(shell, machine) && repository::has_program("cargo-zigbuild") {
+        let target = format!("{machine}.{OLDEST_GLIBC}");
+        let words = [&["zigbuild"][..], &options, &["--target", &target]].concat();
+        shell.succeed("cargo", &words)?;
+        metadata.target_directory.join(machine).join("release")
+    } else {
+        if machine.ends_with("linux-gnu") {
+            skipped.push(format!(
+                "a program for glibc {OLDEST_GLIBC}: zig and cargo-zigbuild are not installed, so that it needs the C \
+                 library of this machine"
+            ));
+        }
+        shell.succeed("cargo", &[&["build"][..], &options].concat())?;
+        metadata.target_directory.join("release")
+    };
     let name = format!("carom{}", std::env::consts::EXE_SUFFIX);
     create(inside)?;
     let target = inside.join(&name);
-    copy(
-        &metadata.target_directory.join("release").join(&name),
-        &target,
-    )?;
+    copy(&built.join(&name), &target)?;
     let told = shell.output(&target.to_string_lossy(), &["--version"])?;
     ensure!(
         told.starts_with(&format!("carom {version} ")),
@@ -188,19 +229,64 @@ fn binary(shell: Shell<'_>, metadata: &Metadata, version: &str, inside: &Path) -
     Ok(())
 }
 
-/// Builds wheel and source distribution, if that is possible here.
-fn python(shell: Shell<'_>, out: &Path, skipped: &mut Skipped) -> Result<()> {
+/// Builds wheel and source distribution, if that is possible here; returns whether it was.
+fn python(shell: Shell<'_>, machine: &str, out: &Path, skipped: &mut Skipped) -> Result<bool> {
     if !repository::has_program("maturin") {
         skipped.push("wheel and source distribution: maturin is not installed".to_owned());
-        return Ok(());
+        return Ok(false);
     }
+    // The name of glibc 2.17 in wheels is manylinux2014, and maturin refuses a wheel that needs more.
+    let old: &[&str] = if has_zig(shell, machine) {
+        &["--zig", "--compatibility", "manylinux2014"]
+    } else {
+        skipped.push(format!(
+            "a wheel for glibc {OLDEST_GLIBC}: zig is not installed, so that it is for this machine"
+        ));
+        &[]
+    };
     create(out)?;
     let manifest = ["--manifest-path", "crates/python/Cargo.toml"];
     let target = ["--out", &out.to_string_lossy()].map(str::to_owned);
     let target: Vec<&str> = target.iter().map(String::as_str).collect();
-    for words in [&["build", "--release", "--locked"][..], &["sdist"]] {
+    let build = [&["build", "--release", "--locked"][..], old].concat();
+    for words in [&build[..], &["sdist"]] {
         shell.succeed("maturin", &[words, &manifest[..], &target[..]].concat())?;
     }
+    Ok(true)
+}
+
+/// A first gas, in an environment that has nothing else.
+const FIRST_GAS: &str = "import carom\n\
+     sim = carom.Simulation({'gas': [{'radius': 0.02, 'mass': 1, 'energy': 1, 'count': 50}]})\n\
+     pressure = sim.measure('pressure', every=0.1)\n\
+     sim.run(until=2)\n\
+     print(carom.__version__, pressure.figures['pressure'])";
+
+/// Installs the wheel in an empty environment and runs a first gas there.
+fn install_wheel(shell: Shell<'_>, folder: &Path) -> Result<()> {
+    let empty = tempfile::tempdir().context("cannot create an empty folder")?;
+    let environment = empty.path().join("environment");
+    shell.succeed("python3", &["-m", "venv", &environment.to_string_lossy()])?;
+    let program = |name: &str| {
+        environment
+            .join("bin")
+            .join(name)
+            .to_string_lossy()
+            .into_owned()
+    };
+    let wheels = fs::read_dir(folder.join("python")).context("no folder of wheels")?;
+    let is_wheel = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "whl");
+    let mut paths = wheels.flatten().map(|entry| entry.path());
+    let wheel = paths.find(is_wheel).context("there is no wheel")?;
+    shell.succeed(
+        &program("pip"),
+        &["install", "--quiet", &wheel.to_string_lossy()],
+    )?;
+    let told = shell.output(&program("python"), &["-c", FIRST_GAS])?;
+    print_line(&format!(
+        "release: installed from the wheel: {}",
+        told.trim()
+    ));
     Ok(())
 }
 

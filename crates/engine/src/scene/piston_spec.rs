@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use crate::scene::{is_zero, two_numbers::optional_vector};
 
 /// A piston: a smooth wall across the box with a mass, which moves along its normal only. Contacts
-/// change its velocity, a constant force or a spring may act on it, and it is reflected by two stops.
+/// change its velocity, a constant force or a spring may act on it, and it is reflected by two
+/// stops.
 ///
 /// ```
 /// use carom_engine::{Scene, Simulation};
@@ -62,8 +63,8 @@ pub struct PistonSpec {
     #[cfg_attr(feature = "schema", schemars(range(min = -MAX_MAGNITUDE, max = MAX_MAGNITUDE)))]
     #[doc(alias = "load")]
     pub force: f64,
-    /// Stiffness k of a spring that pulls the piston to `relaxed_at` (mass / time²), from 0, without
-    /// one. Its energy is in [`Ledger::fallen`](crate::Ledger::fallen), too. Default: 0.
+    /// Stiffness k of a spring that pulls the piston to `relaxed_at` (mass / time²), from 0,
+    /// without one. Its energy is in [`Ledger::fallen`](crate::Ledger::fallen), too. Default: 0.
     #[serde(skip_serializing_if = "is_zero")]
     #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = MAX_MAGNITUDE)))]
     pub spring: f64,

@@ -192,9 +192,9 @@ impl World {
         speeds.fold(0.0, f64::max)
     }
 
-    /// Σ m a·x over all bodies that are not fixed at a time (offset in the epoch), with the constant
-    /// parts a of their accelerations and their positions x without periodic jumps, less the energy
-    /// of springs: the potential energy with the opposite sign (mass × length² / time²).
+    /// Σ m a·x over all bodies that are not fixed at a time (offset in the epoch), with the
+    /// constant parts a of their accelerations and their positions x without periodic jumps, less
+    /// the energy of springs: the potential energy with the opposite sign (mass × length² / time²).
     pub(crate) fn negative_potential_energy(&self, time: f64) -> f64 {
         let free = (0..self.bodies.len()).filter(|&body| !self.bodies[body].is_fixed());
         let terms = free.map(|body| {

@@ -144,9 +144,9 @@ pub(crate) fn first_passage(distance: f64, velocity: f64, acceleration: f64) -> 
     }
 }
 
-/// The first angle by which a swing A sin θ, with the displacement A sin θ and the quadrature A cos θ
-/// now, has turned when it passes `distance` upwards (lengths, radians); infinite if it never does.
-/// It is 0 where that has already been passed and the velocity leads on.
+/// The first angle by which a swing A sin θ, with the displacement A sin θ and the quadrature A cos
+/// θ now, has turned when it passes `distance` upwards (lengths, radians); infinite if it never
+/// does. It is 0 where that has already been passed and the velocity leads on.
 fn first_swing(distance: f64, [displacement, quadrature]: [f64; 2]) -> f64 {
     if displacement >= distance && quadrature > 0.0 {
         return 0.0;

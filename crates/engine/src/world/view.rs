@@ -152,8 +152,8 @@ impl<'a> View<'a> {
         self.world.pairs.is_active()
     }
 
-    /// The constant part of the acceleration of a piston along its axis (length per time squared) and the two
-    /// places of its stops (length); `None` for any other body.
+    /// The constant part of the acceleration of a piston along its axis (length per time squared)
+    /// and the two places of its stops (length); `None` for any other body.
     pub fn piston(&self, key: BodyKey) -> Option<(f64, [f64; 2])> {
         let index = self.world.index(key)?;
         let (piston, axis) = (

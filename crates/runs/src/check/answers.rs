@@ -20,7 +20,8 @@ const COLLISIONS_TO_FORGET: f64 = 50.0;
 /// collisions; that only matters for correlations in time.
 const MAX_FREE_TIMES_APART: f64 = 100.0;
 
-/// The rate of collisions changes during a run if that of the start differs by more than this share.
+/// The rate of collisions changes during a run if that of the start differs by more than this
+/// share.
 const CHANGES: f64 = 0.25;
 
 /// The answers.

@@ -8,9 +8,10 @@ use super::frames::TrajectoryFrame;
 ///
 /// Columns: number of the atom in the frame, number of its molecule, type (the kind, from 1), x y
 /// z, ix iy iz, vx vy vz, radius, mass, orientation of the molecule (radians), its angular
-/// velocity, the time of the frame, named as LAMMPS names a column of a variable, and, if kinds have
-/// names, that of its kind. Every digit is kept. Molecules are whole: an atom may lie outside the box. The image numbers ix iy are the
-/// boxes that its molecule has crossed: x + ix · lx has no jumps.
+/// velocity, the time of the frame, named as LAMMPS names a column of a variable, and, if kinds
+/// have names, that of its kind. Every digit is kept. Molecules are whole: an atom may lie outside
+/// the box. The image numbers ix iy are the boxes that its molecule has crossed: x + ix · lx has no
+/// jumps.
 ///
 /// The head of a frame has the nine lines that all readers know. MDAnalysis counts them, so that
 /// the optional section `ITEM: TIME` of LAMMPS would shift its frames.

@@ -7,8 +7,8 @@ use super::frames::{AtomLine, TrajectoryFrame};
 /// Writes a frame in the atom style `bond`, with its velocities.
 ///
 /// The type of an atom is the kind of its molecule, from 1, with the mass of the first atom of that
-/// type; comments have the names of the kinds. Molecules of LAMMPS are the chains. Every digit is kept. The image numbers are the boxes
-/// that the molecule has crossed.
+/// type; comments have the names of the kinds. Molecules of LAMMPS are the chains. Every digit is
+/// kept. The image numbers are the boxes that the molecule has crossed.
 pub(super) fn write(frame: &TrajectoryFrame, out: &mut impl Write) -> io::Result<()> {
     let (atoms, bonds) = (&frame.atoms, &frame.bonds);
     let types = atoms.iter().map(|atom| atom.kind + 1).max().unwrap_or(1);

@@ -3,12 +3,9 @@
 use carom::BodyFrameDiffusion;
 use carom_tables::{BlockMean, Table};
 
-use super::{
-    Context, MAX_LAG, MeasureKind, Measured, Of, Results, Span,
-    coefficient::{Coefficient, Reading},
-    in_blocks, resumed,
-    transport::MIN_PAIRS,
-};
+use crate::curves::{Coefficient, MIN_PAIRS, Reading};
+
+use super::{Context, MAX_LAG, MeasureKind, Measured, Of, Results, Span, in_blocks, resumed};
 
 /// The two coefficients.
 const NAMES: [[&str; 2]; 2] = [["D∥", "along"], ["D⊥", "across"]];
@@ -92,13 +89,13 @@ fn coefficients(lags: &[f64], context: &Context<'_>) -> Vec<Coefficient> {
         let of_velocities = format!("{name} from velocities");
         let plateau = (Reading::Plateau { memory }, 0.5);
         [
-            Coefficient::new((&name, unit), plateau, squares, lags, context),
+            Coefficient::new((&name, unit), plateau, squares, lags, context.of_curves()),
             Coefficient::new(
                 (&of_velocities, unit),
                 (Reading::Integral, 1.0),
                 memory,
                 lags,
-                context,
+                context.of_curves(),
             ),
         ]
     };

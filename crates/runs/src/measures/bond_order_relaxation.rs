@@ -4,9 +4,11 @@ use anyhow::Result;
 use carom::{BondOrderRelaxation, observers::BondOrderLag};
 use carom_tables::{BlockMean, Table};
 
+use crate::curves::MIN_PAIRS;
+
 use super::{
     Context, MAX_LAG, MeasureKind, Measured, Of, Results, Selection, Span, hexatic_order,
-    in_blocks, resumed, subscript, transport::MIN_PAIRS,
+    in_blocks, resumed, subscript,
 };
 
 pub(super) const KIND: MeasureKind = MeasureKind {

@@ -4,9 +4,11 @@ use anyhow::Result;
 use carom::observers::{ChainLag, ChainRelaxation};
 use carom_tables::{BlockMean, Table};
 
+use crate::curves::MIN_PAIRS;
+
 use super::{
     Context, Default, MAX_LAG, MeasureKind, Measured, Of, Parameter, Results, Selection, Span,
-    in_blocks, resumed, subscript, transport::MIN_PAIRS,
+    in_blocks, resumed, subscript,
 };
 
 /// The largest number of a mode. More: a wrong number.

@@ -3,12 +3,11 @@
 use carom::TimeCorrelation;
 use carom_tables::{BlockMean, Table};
 
+use crate::curves::{Coefficient, MIN_PAIRS, Reading};
+
 use super::{
-    Context, MAX_LAG, MeasureKind, Measured, Of, Results, Span,
-    coefficient::{Coefficient, Reading},
-    hard_discs::SONINE,
-    in_blocks, resumed,
-    transport::MIN_PAIRS,
+    Context, MAX_LAG, MeasureKind, Measured, Of, Results, Span, hard_discs::SONINE, in_blocks,
+    resumed,
 };
 
 /// The autocorrelation is compared with its exponential up to this many mean free times; later the
@@ -95,13 +94,16 @@ impl Measured for TimeCorrelation {
     }
 }
 
-/// The diffusion coefficients: from the mean squared displacement at the lags of theory, and at long
-/// lags, where it grows in proportion to the lag (in two dimensions it grows slowly with the lag and
-/// with the box), and as half the integral of the velocity autocorrelation. `lags` are all lags.
+/// The diffusion coefficients: from the mean squared displacement at the lags of theory, and at
+/// long lags, where it grows in proportion to the lag (in two dimensions it grows slowly with the
+/// lag and with the box), and as half the integral of the velocity autocorrelation. `lags` are all
+/// lags.
 fn coefficients(lags: &[f64], context: &Context<'_>) -> Vec<Coefficient> {
     let unit = "length²/time";
     let velocities = lags.len();
-    let of = |name, reading, curve| Coefficient::new((name, unit), reading, curve, lags, context);
+    let of = |name, reading, curve| {
+        Coefficient::new((name, unit), reading, curve, lags, context.of_curves())
+    };
     let of_theory = context.gas().map(|gas| {
         let between = BETWEEN.map(|times| times / gas.collision_rate());
         let reading = (Reading::SlopeBetween(between), 0.25);

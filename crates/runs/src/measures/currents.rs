@@ -4,6 +4,8 @@ use anyhow::Result;
 use carom::CurrentCorrelation;
 use carom_tables::{BlockMean, Table};
 
+use crate::curves::MIN_PAIRS;
+
 use super::{
     Context, MAX_LAG, MeasureKind, Measured, Of, Results, Selection, Span, in_blocks,
     intermediate_scattering::{scales, shells_near},
@@ -11,7 +13,6 @@ use super::{
     relaxation::WAVE_NUMBER,
     resumed,
     thermal::{FREE_FLIGHT, Thermal},
-    transport::MIN_PAIRS,
 };
 
 /// Default number of shells: at small k the correlations of different |k| differ much.

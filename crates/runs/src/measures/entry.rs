@@ -11,7 +11,9 @@ use serde::{Deserialize, Serialize};
 use crate::{record::MeasureRecord, sampling_times::sampling_count, schedule::stages};
 
 use super::{
-    Context, HardDiscs, Label, Measure, MeasureKind, Request, Results, Selection, Span, k_atic,
+    Context, HardDiscs, Label, Measure, MeasureKind, Request, Results, Selection, Span,
+    haff::CoolingDiscs,
+    k_atic,
     kind::{FROM, UNTIL},
     overlap,
     request::find,
@@ -240,6 +242,7 @@ impl Entry {
             is_elastic,
             is_equilibrium,
             is_cooling,
+            cooling_discs: is_cooling.then(|| CoolingDiscs::new(scene)).flatten(),
             hard_discs,
         };
         let mut results = measure.results(&context);

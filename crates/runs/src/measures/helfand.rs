@@ -4,11 +4,11 @@ use carom::{CollisionReport, Observer, View, engine::Body, observers::HelfandMom
 use carom_tables::{BlockMean, Sums, Table};
 use serde::{Deserialize, Serialize};
 
+use crate::curves::{Coefficient, Reading};
+
 use super::{
     Context, HardDiscs, MAX_LAG, MeasureKind, Measured, Of, Results, Selection, Span,
-    coefficient::{Coefficient, Reading},
-    hard_discs::SONINE,
-    in_blocks, resumed,
+    hard_discs::SONINE, in_blocks, resumed,
 };
 
 /// The coefficient is the slope of the mean square between these lags (mean free times).
@@ -147,7 +147,8 @@ impl Helfand {
         };
         let between = Reading::SlopeBetween(BETWEEN.map(|times| times / rate));
         let reading = (between, 1.0 / per_slope);
-        let coefficient = Coefficient::new(named, reading, 0, &self.moment.lags(), context);
+        let coefficient =
+            Coefficient::new(named, reading, 0, &self.moment.lags(), context.of_curves());
         Some(coefficient.predicted(context.gas().map(theory), SONINE))
     }
 

@@ -4,12 +4,13 @@ use anyhow::Result;
 use carom::{IntermediateScattering, observers::ScatteringScales};
 use carom_tables::{BlockMean, Table};
 
+use crate::curves::MIN_PAIRS;
+
 use super::{
     Context, Default, MAX_LAG, MeasureKind, Measured, Of, Parameter, Results, Selection, Span,
     in_blocks,
     relaxation::{WAVE_NUMBER, wave_number},
     resumed,
-    transport::MIN_PAIRS,
 };
 
 /// Default number of shells: 40 to 80 wave vectors in a square box.

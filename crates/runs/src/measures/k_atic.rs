@@ -6,9 +6,11 @@ use carom::{OrientationalOrder, View, engine::Body, observers::OrderRanges};
 use carom_tables::{BlockMean, Table};
 use serde::{Deserialize, Serialize};
 
+use crate::curves::MIN_PAIRS;
+
 use super::{
     Context, Default, MAX_LAG, Measure, MeasureKind, Measured, Of, Parameter, Results, Selection,
-    Span, in_blocks, point_bytes, resumed, subscript, transport::MIN_PAIRS,
+    Span, in_blocks, point_bytes, resumed, subscript,
 };
 
 /// Cutoff of the local order, and longest distance of g_k, in diameters of the largest body.

@@ -11,14 +11,11 @@ use carom_tables::{
 };
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use super::{
-    HardDiscs,
-    coefficient::Coefficient,
-    transport::{error_of_sum, joined_at},
-};
+use super::{HardDiscs, haff::CoolingDiscs};
 use crate::{
     append_file::AppendFiles,
     checkpoint_file::{decode, encode},
+    curves::{Coefficient, error_of_sum, joined_at},
     finite::require_finite,
     output::Folder,
     record::{Drawing, MeasureRecord},
@@ -111,6 +108,8 @@ pub struct Context<'a> {
     pub is_equilibrium: bool,
     /// Whether contacts lose energy that nothing gives back: the gas cools.
     pub is_cooling: bool,
+    /// A gas of equal discs that cools, whose law is known.
+    pub(super) cooling_discs: Option<CoolingDiscs>,
     /// The gas to which theory applies, or why it does not.
     pub hard_discs: &'a Result<HardDiscs, String>,
 }
@@ -126,6 +125,11 @@ impl Context<'_> {
         self.label
             .word()
             .map_or_else(|| name.to_owned(), |word| format!("{name}, {word}"))
+    }
+
+    /// The label and the duration of a block (time), which coefficients of curves have.
+    pub(crate) fn of_curves(&self) -> (Option<&str>, f64) {
+        (self.label.word(), self.block)
     }
 
     /// The gas to which theory applies.

@@ -11,7 +11,6 @@ mod bond_order_relaxation;
 mod chain_relaxation;
 mod chains;
 mod clusters;
-pub(crate) mod coefficient;
 mod collision_rate;
 mod contact_density;
 mod correlation;
@@ -27,6 +26,7 @@ mod fields;
 mod free_path;
 mod friction;
 mod front;
+mod haff;
 mod hard_discs;
 mod helfand;
 mod hexatic_order;
@@ -61,7 +61,6 @@ mod temperature;
 mod thermal;
 mod thermostat;
 mod tracked;
-mod transport;
 mod van_hove;
 mod van_hove_distinct;
 mod velocities;
@@ -365,24 +364,29 @@ pub fn list() -> Verdict {
         "Names for run.observe, and with parameters for [[measure]] (kind = NAME, of = TAG):\n",
     );
     for kind in KINDS {
-        print_line(&format!("{:<26}{}", kind.usage(), kind.summary));
-        for parameter in kind.parameters {
-            print_line(&parameter_line(parameter));
-        }
+        print_line(&format!("{}\n    {}", kind.usage(), kind.summary));
+        print_parameters(kind.parameters);
     }
     print_line("\nParameters of all measures that take samples:");
-    Span::Measurement
-        .parameters()
-        .iter()
-        .for_each(|parameter| print_line(&parameter_line(parameter)));
+    print_parameters(Span::Measurement.parameters());
     Verdict::Passed
 }
 
-fn parameter_line(parameter: &Parameter) -> String {
-    format!(
-        "{:<28}{:<9}{}; default: {}",
-        "", parameter.name, parameter.about, parameter.default
-    )
+/// A line for each parameter, with the names in a column.
+fn print_parameters(parameters: &[Parameter]) {
+    let lengths = parameters.iter().map(|parameter| parameter.name.len());
+    let width = lengths.max().unwrap_or(0);
+    for Parameter {
+        name,
+        about,
+        default,
+        ..
+    } in parameters
+    {
+        print_line(&format!(
+            "      {name:<width$}  {about}; default: {default}"
+        ));
+    }
 }
 
 impl Observer for Measures {

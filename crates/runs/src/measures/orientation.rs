@@ -7,12 +7,9 @@ use carom::{
 use carom_tables::{BlockMean, Table};
 use serde::{Deserialize, Serialize};
 
-use super::{
-    Context, MAX_LAG, MeasureKind, Measured, Of, Results, Span,
-    coefficient::{Coefficient, Reading},
-    in_blocks, resumed,
-    transport::MIN_PAIRS,
-};
+use crate::curves::{Coefficient, MIN_PAIRS, Reading};
+
+use super::{Context, MAX_LAG, MeasureKind, Measured, Of, Results, Span, in_blocks, resumed};
 
 pub(super) const KIND: MeasureKind = MeasureKind {
     name: "orientation",
@@ -160,7 +157,13 @@ fn coefficients(lags: &[f64], context: &Context<'_>) -> Vec<Coefficient> {
     // After C₁ and C₂.
     let memory = 2 * lags.len();
     let of = |name, reading, curve| {
-        Coefficient::new((name, "1/time"), (reading, 1.0), curve, lags, context)
+        Coefficient::new(
+            (name, "1/time"),
+            (reading, 1.0),
+            curve,
+            lags,
+            context.of_curves(),
+        )
     };
     let name = "rotational diffusion coefficient D_r";
     let of_velocities = format!("{name} from angular velocities");

@@ -11,6 +11,8 @@ use carom_tables::{BlockMean, Figure, Sums, Table};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
+use crate::curves::{Taken, TransportCurve};
+
 use super::{
     Context, Default, HardDiscs, MeasureKind, Measured, Of, Parameter, Results, Selection, Span,
     fields::{CAPTION, DENSITY, HEAT_ALONG, KT, columns, of_quantity},
@@ -18,7 +20,6 @@ use super::{
     in_blocks,
     known::Known,
     resumed,
-    transport::{Taken, TransportCurve},
 };
 
 /// Bins of a profile.

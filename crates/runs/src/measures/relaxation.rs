@@ -9,13 +9,14 @@ use carom::{
 };
 use carom_tables::{BlockMean, Figure, Table};
 
+use crate::curves::{MIN_PAIRS, error_of_sum, joined_at};
+
 use super::{
     Context, Default, MAX_LAG, MeasureKind, Measured, Of, Parameter, Results, Selection, Span,
     in_blocks,
     known::Known,
     resumed,
     thermal::{FREE_FLIGHT, Thermal},
-    transport::{MIN_PAIRS, error_of_sum, joined_at},
 };
 
 /// Distance of the overlap in diameters of the largest body: that of the cage in a dense liquid

@@ -519,6 +519,28 @@ fn figure<'a>(results: &'a Results, name: &str) -> Option<&'a Figure> {
     results.figures.iter().find(|figure| figure.name == name)
 }
 
+#[test]
+fn homogeneous_discs_cool_by_haffs_law() {
+    let (results, _) = measured(
+        "[box]\nseed = 3\n[elasticity]\ndefault = 0.95\n[[gas]]\nradius = 0.005\nmass = 1.0\ntemperature = 1.0\n\
+         velocities = \"maxwell\"\ncount = 1000\n[run]\nuntil = 2.0\nsample_interval = 0.05\nobserve = [\"temperature\"]\n",
+    );
+    let table = table(&results, "temperature");
+    let measured = column(table, "translation");
+    let law = table
+        .columns
+        .iter()
+        .find(|column| column.label.starts_with("Haff"))
+        .unwrap();
+    let last = measured.last().unwrap().unwrap();
+    assert!(last < 0.5, "{last}");
+    for (measured, law) in measured.iter().zip(&law.values) {
+        let ratio = measured.unwrap() / law.unwrap();
+        assert!((ratio - 1.0).abs() < 0.1, "{ratio}");
+    }
+    assert!(!table.caption.contains("equilibrium"));
+}
+
 /// A gas of 150 bodies of this shape, with more in the scene, and the viscosity and the heat
 /// conductivity of it.
 fn transport(shape: &str, more: &str) -> (Results, Option<HardDiscs>) {

@@ -4,6 +4,8 @@ use anyhow::Result;
 use carom::{SelfVanHove, observers::DisplacementBins};
 use carom_tables::{BlockMean, Sums, Table, significant};
 
+use crate::curves::MIN_PAIRS;
+
 use super::{
     Context, Default, MAX_LAG, MeasureKind, Measured, Of, Parameter, Results, Selection, Span,
     in_blocks,
@@ -11,7 +13,6 @@ use super::{
     relaxation::diameter,
     resumed,
     thermal::{FREE_FLIGHT, Thermal},
-    transport::MIN_PAIRS,
 };
 
 /// Default of the largest displacement, in diameters of the largest body.

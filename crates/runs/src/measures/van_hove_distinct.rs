@@ -5,12 +5,13 @@ use anyhow::Result;
 use carom::{DistinctVanHove, observers::DisplacementBins};
 use carom_tables::{BlockMean, Sums, Table, significant};
 
+use crate::curves::MIN_PAIRS;
+
 use super::{
     Context, Default, MAX_LAG, MeasureKind, Measured, Of, Parameter, Results, Selection, Span,
     in_blocks,
     pair_distribution::{DIAMETERS, longest_distance},
     resumed,
-    transport::MIN_PAIRS,
 };
 
 const DISTANCE: Parameter = Parameter::positive(

@@ -73,13 +73,8 @@ fn start<K: Named>(selection: &Selection<'_>) -> Result<Box<dyn Measure>> {
     let is_wall = |body: carom::engine::BodyView<'_>| {
         K::is_given_by(body.body) && selection.group.contains(body.body)
     };
-    let Words {
-        measure, missing, ..
-    } = K::WORDS;
-    ensure!(
-        selection.view.bodies().any(is_wall),
-        "{missing}"
-    );
+    let missing = K::WORDS.missing;
+    ensure!(selection.view.bodies().any(is_wall), "{missing}");
     Ok(in_blocks(WallEnergy::<K>::new(selection.group)))
 }
 

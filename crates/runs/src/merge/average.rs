@@ -11,7 +11,8 @@ use carom_tables::{
 
 use super::rebin::with_common_bins;
 use crate::{
-    measures::{Results, coefficient::Coefficient},
+    curves::Coefficient,
+    measures::Results,
     record::{MeasureRecord, Record, RunRecord},
     run::outcome::is_shown,
 };

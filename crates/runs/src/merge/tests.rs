@@ -77,8 +77,8 @@ fn of_curves(seed: u64) -> Record {
     checkpoint_round_trip(&outcome.record(&scene, &Method::default()))
 }
 
-/// The lags at which a coefficient is read depend on the data. That of several runs is read from the
-/// curve of all of them, none left out, and its error covers the scatter.
+/// The lags at which a coefficient is read depend on the data. That of several runs is read from
+/// the curve of all of them, none left out, and its error covers the scatter.
 #[test]
 fn coefficients_of_merged_runs_are_read_from_their_common_curve() {
     let parts: Vec<Record> = (1..=8).map(of_curves).collect();

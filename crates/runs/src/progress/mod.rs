@@ -138,8 +138,8 @@ impl Progress {
         let mut state = lock(&self.0.state);
         state.done += time;
         state.skipped += time;
-        // The first call marks the end of its time in the queue.
-        state.begun = Some(Instant::now());
+        // The first call marks the end of its time in the queue; the replicas of a point all call.
+        state.begun.get_or_insert_with(Instant::now);
     }
 
     /// Records that the run has advanced by this time and number of collisions.
@@ -340,6 +340,21 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_replicas_of_a_point_share_one_clock() {
+        let progress = ProgressLines::default().add("point", 30.0);
+        progress.skip(0.0);
+        progress.advance(10.0, 1000);
+        let begun = lock(&progress.0.state).begun;
+        progress.skip(0.0);
+        progress.advance(5.0, 500);
+        let state = *lock(&progress.0.state);
+        assert_eq!(
+            (state.begun, state.done, state.collisions),
+            (begun, 15.0, 1500)
+        );
+    }
 
     #[test]
     fn simulated_time_of_earlier_processes_does_not_count_as_speed() {

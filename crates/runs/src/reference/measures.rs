@@ -30,7 +30,7 @@ are those for a gas of equal elastic discs, or for equilibrium.
 const PARAMETERS: &str = "
 ## Parameters of `[[measure]]`
 
-Keys of an entry `[[measure]]` besides `kind`, `of` and `name`; all are numbers. A measure samples
+Keys of an entry `[[measure]]` besides `kind`, `of` and `name`. A measure samples
 at samples of the run. So `run.sample_interval` is the shortest interval that any measure needs, and
 `every` or `interval` makes the others coarser.
 

@@ -61,8 +61,8 @@ const MIN_INDEPENDENT: f64 = 8.0;
 /// Most figures that a sentence names.
 const MAX_NAMED: usize = 3;
 
-/// The figures whose samples remember each other for so long that few of them are independent: their
-/// errors may be too small. `None` if there are none.
+/// The figures whose samples remember each other for so long that few of them are independent:
+/// their errors may be too small. `None` if there are none.
 pub fn few_samples_in_words(figures: &[Figure]) -> Option<String> {
     let few = |figure: &&Figure| {
         let found = figure

@@ -76,8 +76,8 @@ fn what(contents: &FolderContents, summary: &Summary) -> String {
 }
 
 /// The figure that a reader looks for: the first with an error and a prediction; what every run
-/// measures, the collision rate, comes after what the scene asks for, and what is only apparent or lost in
-/// its error comes last. What is 0 by symmetry is a test of the run and no answer.
+/// measures, the collision rate, comes after what the scene asks for, and what is only apparent or
+/// lost in its error comes last. What is 0 by symmetry is a test of the run and no answer.
 pub(super) fn main_figure(figures: &[Figure]) -> Option<&Figure> {
     let has_error = |figure: &&Figure| {
         figure.standard_error.is_some_and(|error| error > 0.0) && figure.prediction != Some(0.0)

@@ -97,15 +97,15 @@ fn refuse_unknown_figure(scene: &Scene) -> Result<()> {
         let begins = name.starts_with(begin) || without_numbers(name).starts_with(begin);
         begins && (name.ends_with(end) || begin.starts_with("heat given"))
     });
+    let begins: Vec<String> = known
+        .iter()
+        .map(|(begin, _)| format!("'{begin}'"))
+        .collect();
     ensure!(
         is_known,
-        "run.stop.figure: no measure of this scene has a figure '{name}'{}; their names begin with {}",
-        did_you_mean(name, known.iter().map(|(_, whole)| whole.as_str())),
-        known
-            .iter()
-            .map(|(begin, _)| format!("'{begin}'"))
-            .collect::<Vec<_>>()
-            .join(", ")
+        "run.stop.figure: no measure of this scene has a figure '{name}', but those that begin with {}{}",
+        begins.join(", "),
+        did_you_mean(name, known.iter().map(|(_, whole)| whole.as_str()))
     );
     Ok(())
 }

@@ -7,11 +7,8 @@
 use carom_tables::{BlockMean, Figure, Sums, block_sums, significant};
 use serde::{Deserialize, Serialize};
 
-use super::{
-    Context,
-    transport::{
-        MIN_PAIRS, Plateau, Slope, Taken, TransportCurve, TransportValue, error_of_sum, joined_at,
-    },
+use super::transport::{
+    MIN_PAIRS, Plateau, Slope, Taken, TransportCurve, TransportValue, error_of_sum, joined_at,
 };
 
 /// ⟨cos Δθ⟩ below this is not used for its decay: its logarithm is noise.
@@ -43,7 +40,7 @@ pub struct Coefficient {
 
 /// What is read from a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(super) enum Reading {
+pub(crate) enum Reading {
     /// The slope between the first lags of at least these (time).
     SlopeBetween([f64; 2]),
     /// The slope where it has become constant. `memory` is the number of the first sum of the
@@ -57,29 +54,30 @@ pub(super) enum Reading {
 
 impl Coefficient {
     /// A coefficient of this name and unit: `factor` times what is read from the curve whose sums
-    /// begin with number `curve`, one for each of `lags` (time).
-    pub(super) fn new(
+    /// begin with number `curve`, one for each of `lags` (time). The last are the label of the
+    /// measure and the duration of a block (time).
+    pub(crate) fn new(
         (name, unit): (&str, &str),
         (reading, factor): (Reading, f64),
         curve: usize,
         lags: &[f64],
-        context: &Context<'_>,
+        (label, block): (Option<&str>, f64),
     ) -> Self {
         Self {
             name: name.to_owned(),
-            label: context.label.word().map(str::to_owned),
+            label: label.map(str::to_owned),
             unit: unit.to_owned(),
             factor,
             reading,
             curve,
             lags: lags.to_vec(),
-            block: context.block,
+            block,
             prediction: None,
         }
     }
 
     /// Sets the prediction, if there is one, and its source.
-    pub(super) fn predicted(self, prediction: Option<f64>, source: &str) -> Self {
+    pub(crate) fn predicted(self, prediction: Option<f64>, source: &str) -> Self {
         let prediction = prediction.map(|value| (value, source.to_owned()));
         Self { prediction, ..self }
     }

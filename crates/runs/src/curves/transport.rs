@@ -19,7 +19,7 @@ const MIN_PIECES: usize = 2;
 const DECAYED: f64 = 0.05;
 
 /// Lags with fewer pairs are left out: their means are noise.
-pub(super) const MIN_PAIRS: u64 = 30;
+pub(crate) const MIN_PAIRS: u64 = 30;
 
 /// An autocorrelation is integrated only if it has not fallen below this share of its value at lag
 /// 0 at the first lag: a coarser one says nothing about what lies between.
@@ -30,7 +30,7 @@ const RESOLVED: f64 = 0.5;
 const SMALL_LOGARITHM: f64 = 1e-3;
 
 /// A curve over the lag.
-pub(super) struct TransportCurve<'a> {
+pub(crate) struct TransportCurve<'a> {
     /// The lags (time), from 0 on.
     pub lags: &'a [f64],
     /// Its means, without an error where blocks are too short.
@@ -45,7 +45,7 @@ pub(super) struct TransportCurve<'a> {
 
 /// What is taken of each mean of a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Taken {
+pub(crate) enum Taken {
     /// The mean itself.
     Itself,
     /// −ln of it, which grows in proportion to the lag where the mean decays exponentially.
@@ -64,7 +64,7 @@ impl Taken {
 
 /// A number with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct TransportValue {
+pub(crate) struct TransportValue {
     pub value: f64,
     pub standard_error: f64,
 }
@@ -120,14 +120,14 @@ const JOINED_BLOCKS: usize = 4;
 
 /// The number of blocks that are joined for the error at a lag, with the duration of a block
 /// (times).
-pub(super) fn joined_at(lag: f64, block: f64) -> usize {
+pub(crate) fn joined_at(lag: f64, block: f64) -> usize {
     if lag < block { 1 } else { JOINED_BLOCKS }
 }
 
 /// The standard error of a sum of means, each times a factor, from their sums in each block, so
 /// many of which are joined; of a function of means the factors are its derivatives by them. `None`
 /// if a mean is computed from several, or if there are fewer than two blocks.
-pub(super) fn error_of_sum(
+pub(crate) fn error_of_sum(
     blocks: &[Sums],
     joined: usize,
     terms: impl IntoIterator<Item = (BlockMean, f64)>,
@@ -157,7 +157,7 @@ pub(super) fn error_of_sum(
 
 impl TransportCurve<'_> {
     /// The sum of some of its means by their places, each times a factor.
-    pub(super) fn combination(&self, factors: &[(usize, f64)]) -> Option<TransportValue> {
+    pub(crate) fn combination(&self, factors: &[(usize, f64)]) -> Option<TransportValue> {
         let mut value = 0.0;
         let mut terms = Vec::with_capacity(factors.len());
         for &(place, factor) in factors {
