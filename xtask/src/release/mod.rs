@@ -235,7 +235,7 @@ fn python(shell: Shell<'_>, machine: &str, out: &Path, skipped: &mut Skipped) ->
         skipped.push("wheel and source distribution: maturin is not installed".to_owned());
         return Ok(false);
     }
-    // The name of glibc 2.17 in wheels is manylinux2014, and maturin refuses a wheel that needs more.
+    // In wheels glibc 2.17 is manylinux2014; maturin refuses a wheel that needs more.
     let old: &[&str] = if has_zig(shell, machine) {
         &["--zig", "--compatibility", "manylinux2014"]
     } else {
