@@ -411,7 +411,10 @@ const INSTEAD: [(&str, &[&str]); 6] = [
 
 /// A gas with these keys, in a text or in a file, and otherwise like the gas of discs.
 fn with_keys(discs: &GasSpec, keys: &str) -> Result<GasSpec> {
-    let text = if keys.ends_with(".toml") {
+    let is_file = Path::new(keys)
+        .extension()
+        .is_some_and(|ending| ending == "toml");
+    let text = if is_file {
         fs::read_to_string(keys).with_context(|| format!("--gas {keys}"))?
     } else {
         format!("gas = {{ {keys} }}")
@@ -425,7 +428,7 @@ fn with_keys(discs: &GasSpec, keys: &str) -> Result<GasSpec> {
     let mut gas = Table::try_from(discs)?;
     for (key, others) in INSTEAD {
         if given.contains_key(key) {
-            others.iter().for_each(|other| drop(gas.remove(*other)));
+            gas.retain(|name, _| !others.contains(&name));
         }
     }
     gas.extend(given);

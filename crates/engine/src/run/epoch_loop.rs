@@ -144,7 +144,7 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
                 };
                 let mut onwards = resolved.onwards;
                 if self.world.accelerates() {
-                    onwards = [0, 1].map(|n| self.world.to_own_frame(bodies[n], &onwards[n]));
+                    onwards = [0, 1].map(|n| self.world.enter_own_frame(bodies[n], &onwards[n]));
                 }
                 queue.motions_changed(self.world, self.detection, bodies, onwards);
             }
@@ -299,7 +299,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
             velocity: -before.velocity,
             ..before
         };
-        let onwards = self.world.to_own_frame(piston, &after);
+        let onwards = self.world.enter_own_frame(piston, &after);
         queue.motion_changed(self.world, self.detection, piston, onwards);
     }
 

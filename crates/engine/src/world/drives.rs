@@ -154,7 +154,7 @@ impl World {
 
     /// The motion of a body in its own frame, the falling frame for all but pistons, of one with
     /// this motion in the laboratory, which begins now. A piston on a spring swings on from there.
-    pub(crate) fn to_own_frame(&mut self, body: u32, motion: &Motion) -> Motion {
+    pub(crate) fn enter_own_frame(&mut self, body: u32, motion: &Motion) -> Motion {
         if self.has_springs() {
             self.swing_on(body as usize, motion);
         }

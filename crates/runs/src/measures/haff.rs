@@ -42,7 +42,7 @@ impl CoolingDiscs {
             return None;
         }
         let discs = HardDiscs {
-            count: usize::try_from(scene.expected_bodies().ok()?).ok()?,
+            count: scene.expected_bodies().ok()?,
             diameter: 2.0 * radius,
             mass: *mass,
             temperature: 1.0,
