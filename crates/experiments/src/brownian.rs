@@ -6,7 +6,7 @@
 
 use std::{f64::consts::PI, fmt::Write as _, fs, path::Path};
 
-use anyhow::{Context as _, Result, ensure};
+use anyhow::{Context as _, Result, bail, ensure};
 use carom::{
     Molecule, Scene,
     engine::{
@@ -398,8 +398,7 @@ impl BrownianOptions {
     }
 }
 
-/// Keys of a gas that say what others say, too: with the first, the others are not those of the
-/// discs.
+/// Keys of a gas that exclude others: with the first, the others are not taken from the discs.
 const INSTEAD: [(&str, &[&str]); 6] = [
     ("shape", &["radius", "mass"]),
     ("atoms", &["radius", "mass"]),
@@ -407,6 +406,12 @@ const INSTEAD: [(&str, &[&str]); 6] = [
     ("polygon", &["radius", "mass"]),
     ("count", &["area_fraction"]),
     ("temperature", &["energy"]),
+];
+
+/// Keys of a gas that have options of their own.
+const OF_OPTIONS: [(&str, &str); 2] = [
+    ("radius", "--gas-radius"),
+    ("area_fraction", "--area-fraction"),
 ];
 
 /// A gas with these keys, in a text or in a file, and otherwise like the gas of discs.
@@ -422,8 +427,19 @@ fn with_keys(discs: &GasSpec, keys: &str) -> Result<GasSpec> {
     let mut given: Table = text
         .parse()
         .with_context(|| format!("--gas: keys of [[gas]] are expected, not '{keys}'"))?;
-    if let Some(Value::Table(keys)) = given.remove("gas") {
-        given = keys;
+    match given.remove("gas") {
+        Some(Value::Table(keys)) => given = keys,
+        Some(Value::Array(mut gases)) if gases.len() == 1 => {
+            given = gases.remove(0).try_into().context("--gas")?;
+        }
+        Some(_) => bail!("--gas: one [[gas]] is expected"),
+        None => {}
+    }
+    for (key, option) in OF_OPTIONS {
+        ensure!(
+            !given.contains_key(key),
+            "--gas: give `{key}` by the option {option}, on which the box and the times depend"
+        );
     }
     let mut gas = Table::try_from(discs)?;
     for (key, others) in INSTEAD {
@@ -518,12 +534,13 @@ mod tests {
         assert!(rods.expected_bodies().is_ok());
         let root = tempfile::tempdir().unwrap();
         let file = root.path().join("gas.toml");
-        fs::write(&file, "temperature = 2.0\n").unwrap();
+        fs::write(&file, "[[gas]]\ntemperature = 2.0\n").unwrap();
         let hot = gas(file.to_str().unwrap());
         assert_eq!(hot.gas[0].temperature, Some(2.0));
         for (keys, expected) in [
             ("chain = {", "keys of [[gas]] are expected"),
             ("radus = 0.1", "unknown field `radus`"),
+            ("radius = 0.1", "by the option --gas-radius"),
             ("none.toml", "--gas none.toml"),
         ] {
             let problem = refused(&[&TEE[..], &["--gas", keys]].concat());

@@ -7,6 +7,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::{HALF_ULP, Motion, Orientation, RelativeMotion, relative_motion::one_norm};
 
+/// Up to this angle (radians) sin θ − θ is taken from its series, which is exact to rounding there.
+/// Larger: its rest shows. Smaller: the difference loses digits.
+const SMALL_ANGLE: f64 = 0.5;
+
 /// Acceleration and oscillation of a body, added to its uniform motion: a constant acceleration g,
 /// an oscillation A sin(Ω t + φ), or both.
 ///
@@ -89,6 +93,7 @@ impl Drive {
     /// This drive less another one, of which at most one oscillates.
     #[must_use]
     pub fn less(&self, other: &Self) -> Self {
+        debug_assert!(self.frequency == 0.0 || other.frequency == 0.0);
         if other.frequency == 0.0 {
             self.accelerated(-other.acceleration)
         } else {
@@ -161,9 +166,16 @@ impl Drive {
         if self.frequency != 0.0 {
             let [before, now] = [from, from + elapsed].map(|time| self.cos_sin(time));
             let turned = self.frequency * elapsed;
+            let half = Orientation::default()
+                .turned(self.frequency, 0.5 * elapsed)
+                .cos_sin();
+            // cos θ − 1, sin θ and sin θ − θ. As differences of places in the swing they would have
+            // its rounding, also where the way is far shorter than the amplitude.
+            let (versine, sine) = (-2.0 * half.y * half.y, 2.0 * half.y * half.x);
+            let lag = sine_less_angle(turned, sine);
             let [size, speed] = [1.0, self.frequency].map(|power| power * self.amplitude);
-            deviation.position += ((now.y - before.y) - turned * before.x) * size;
-            deviation.velocity += (now.x - before.x) * speed;
+            deviation.position += (versine * before.y + lag * before.x) * size;
+            deviation.velocity += (versine * before.x - sine * before.y) * speed;
             deviation.acceleration -= (self.frequency * now.y) * speed;
             // Each angle has a few roundings of itself and of a turn, cosine and sine one more.
             let angle = self.frequency.abs() * (from.abs() + elapsed);
@@ -234,6 +246,17 @@ impl Drive {
     fn cos_sin(&self, time: f64) -> DVec2 {
         self.phase.turned(self.frequency, time).cos_sin()
     }
+}
+
+/// sin θ − θ, where sin θ is known: by its series for small angles.
+fn sine_less_angle(angle: f64, sine: f64) -> f64 {
+    if angle.abs() > SMALL_ANGLE {
+        return sine - angle;
+    }
+    let square = angle * angle;
+    let series = 1.0
+        - square / 20.0 * (1.0 - square / 42.0 * (1.0 - square / 72.0 * (1.0 - square / 110.0)));
+    -angle * square / 6.0 * series
 }
 
 impl Neg for Drive {

@@ -8,6 +8,7 @@
   const LENGTH = 12;
   // Width of the close view, in units of the size of the molecule that it follows.
   const CLOSE = 7;
+  // Of a body that is large in its box, at least.
   const LEAST_CLOSE = 2;
   // An impulse is shown for this share of the animation.
   const SHOWN = 0.02;
@@ -217,7 +218,7 @@
   }
 
   // The ends of a piston after a time, from its place after the contact before; at a stop it turns
-  // round, and with a force or a spring it is drawn there until its next contact.
+  // round. With a force it is drawn there until its next contact, and on a spring without reflections.
   function pistonAt({ axis, acceleration, spring, stops, path }, wall, after) {
     const ends = wall.slice(0, 5);
     const [t, place, velocity] = path.findLast(([begins]) => begins <= after) || path[0];

@@ -65,6 +65,15 @@ use crate::{figure_lines::figure_lines, output::Folder};
 
 pub use console::print_line;
 
+/// Prints a line for each figure, unless a JSON object is written.
+pub fn print_figures(figures: &[Figure]) {
+    if !json_object::is_json() {
+        figure_lines(figures)
+            .iter()
+            .for_each(|line| print_line(line));
+    }
+}
+
 /// Prints the figures of a run, what is to be said of them, its totals and failed checks, and the
 /// path of its page; adds folder, totals, figures and checks to the JSON object, if one is written.
 /// Printed figures are in `units`, if some are given.

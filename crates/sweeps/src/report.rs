@@ -6,7 +6,7 @@ use carom_runs::{
     console::is_json,
     left_out::{Damaged, announce},
     manifest::Manifest,
-    print_line,
+    print_figures, print_line,
 };
 use carom_tables::{Summary, Totals, Verdict, are_stationary};
 use rayon::ThreadPool;
@@ -116,15 +116,10 @@ pub fn write(
         print_judgements(study, &points);
     }
     // The figures of one point are those of the sweep.
-    let figures = match &points[..] {
-        [only] => only.figures.clone(),
-        _ => Vec::new(),
-    };
-    let with_figures = Summary {
-        figures,
-        ..summary.clone()
-    };
-    conclude(folder, &with_figures, None);
+    if let [only] = &points[..] {
+        print_figures(&only.figures);
+    }
+    conclude(folder, &summary, None);
     let verdict = summary.verdict();
     Ok(if missing.is_empty() {
         verdict

@@ -124,6 +124,7 @@ pub fn predicted(value: f64, figure: &Figure) -> String {
 /// assert_eq!(grouped("13979096 of 4000"), "13\u{202f}979\u{202f}096 of 4000");
 /// assert_eq!(grouped("0.0012345 ± 1e10000"), "0.0012345 ± 1e10000");
 /// assert_eq!(grouped("3.71981e-15"), "3.71981e-15");
+/// assert_eq!(grouped("J. Chem. Phys. 157 (2022) 234111"), "J. Chem. Phys. 157 (2022) 234111");
 /// ```
 pub fn grouped(text: &str) -> String {
     let mut result = String::with_capacity(text.len());
@@ -147,6 +148,7 @@ pub fn grouped(text: &str) -> String {
         if !(MIN_DIGITS..=MAX_DIGITS).contains(&digits)
             || (joins_word && !has_exponent)
             || is_exponent
+            || follows_year(&result)
         {
             result.push_str(number);
         } else {
@@ -161,6 +163,15 @@ pub fn grouped(text: &str) -> String {
         rest = after;
     }
     result
+}
+
+/// Whether a text ends with a year in parentheses: what follows is the number of an article.
+fn follows_year(text: &str) -> bool {
+    let year = text
+        .strip_suffix(") ")
+        .and_then(|rest| rest.rsplit_once('('))
+        .map(|(_, year)| year);
+    year.is_some_and(|year| year.len() == 4 && year.bytes().all(|byte| byte.is_ascii_digit()))
 }
 
 /// The name of a quantity with its unit in parentheses; a pure number (unit 1) has none, and what

@@ -208,7 +208,7 @@ fn binary(
     } else {
         if machine.ends_with("linux-gnu") {
             skipped.push(format!(
-                "a program for glibc {OLDEST_GLIBC}: zig and cargo-zigbuild are not installed, so that it needs the C \
+                "a program for glibc {OLDEST_GLIBC}: it takes zig and cargo-zigbuild; the program needs the C \
                  library of this machine"
             ));
         }

@@ -677,7 +677,9 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         // error.
         if let Some(contact) = limits.stale_contact() {
             for (&body, &position) in contact.bodies.iter().zip(&contact.places) {
-                if !self.world.bodies[body as usize].is_fixed() {
+                // Pistons are kept exactly, and a spring has another frame after the contact.
+                let body_is = &self.world.bodies[body as usize];
+                if !body_is.is_fixed() && !body_is.is_piston() {
                     let motion = &mut self.world.motions[body as usize];
                     *motion = Motion {
                         position,

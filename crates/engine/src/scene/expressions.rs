@@ -102,13 +102,10 @@ pub(crate) fn value_of(text: &str) -> Option<f64> {
 /// Why a text that stands where a number is expected has no value, as a clause.
 pub(crate) fn problem_of(text: &str) -> String {
     let Some(mut parser) = Parser::new(text) else {
-        return format!("it is longer than {MAX_LENGTH} characters");
+        return format!("it is longer than {MAX_LENGTH} bytes");
     };
-    match (parser.sum(), parser.unknown.take(), parser.next()) {
-        (_, Some(name), _) if name == "log" => {
-            "`log` is not known: the natural logarithm is `ln`".to_owned()
-        }
-        (_, Some(name), _) => format!("`{name}` is not known"),
+    match (parser.sum(), parser.problem.take(), parser.next()) {
+        (_, Some(problem), _) => problem,
         (None, _, None) => "it ends too early".to_owned(),
         (_, _, Some(character)) => format!("`{character}` is not understood there"),
         (Some(value), _, None) => format!("its value is {value}"),
@@ -118,8 +115,8 @@ pub(crate) fn problem_of(text: &str) -> String {
 struct Parser<'a> {
     rest: &'a str,
     depth: usize,
-    /// The first name that is none of [`WORDS`].
-    unknown: Option<String>,
+    /// The first problem that is found, as a clause.
+    problem: Option<String>,
 }
 
 impl<'a> Parser<'a> {
@@ -128,7 +125,7 @@ impl<'a> Parser<'a> {
         (text.len() <= MAX_LENGTH).then_some(Self {
             rest: text,
             depth: 0,
-            unknown: None,
+            problem: None,
         })
     }
 }
@@ -218,7 +215,11 @@ impl Parser<'_> {
             "cos" => libm::cos,
             "tan" => libm::tan,
             _ => {
-                self.unknown.get_or_insert(name);
+                let problem = match name.as_str() {
+                    "log" => "`log` is not known: the natural logarithm is `ln`".to_owned(),
+                    _ => format!("`{name}` is not known"),
+                };
+                self.problem.get_or_insert(problem);
                 return None;
             }
         };
@@ -241,7 +242,12 @@ impl Parser<'_> {
             self.rest = &self.rest[sign.len()..];
             digits = format!("{digits}e{sign}{}", self.taken(|c| c.is_ascii_digit()));
         }
-        digits.parse().ok()
+        let value = digits.parse().ok();
+        if value.is_none() && !digits.is_empty() {
+            self.problem
+                .get_or_insert_with(|| format!("`{digits}` is no number"));
+        }
+        value
     }
 
     /// Takes the characters of a kind.
@@ -255,6 +261,10 @@ impl Parser<'_> {
 
     fn deeper(&mut self, parse: impl FnOnce(&mut Self) -> Option<f64>) -> Option<f64> {
         self.depth += 1;
+        if self.depth > MAX_DEPTH {
+            self.problem
+                .get_or_insert_with(|| "it is nested too deeply".to_owned());
+        }
         let value = (self.depth <= MAX_DEPTH).then(|| parse(self)).flatten();
         self.depth -= 1;
         value
@@ -309,8 +319,10 @@ mod tests {
             ("1/0", "its value is inf"),
             ("2*", "it ends too early"),
             ("0,01", "`,` is not understood there"),
+            ("1.2.3", "`1.2.3` is no number"),
+            (&"(".repeat(60), "it is nested too deeply"),
             ("sqrt 2", "`2` is not understood there"),
-            (&"1".repeat(300), "it is longer than 200 characters"),
+            (&"1".repeat(300), "it is longer than 200 bytes"),
         ] {
             assert_eq!(problem_of(text), problem, "{text}");
         }

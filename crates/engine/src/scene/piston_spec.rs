@@ -71,6 +71,8 @@ pub struct PistonSpec {
     /// Where the spring is relaxed (length), along the axis of the piston; it may be beyond the
     /// stops. Default: the place of the piston at the start.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[cfg_attr(feature = "schema", schemars(range(min = -MAX_MAGNITUDE, max = MAX_MAGNITUDE)))]
+    #[doc(alias = "rest length")]
     pub relaxed_at: Option<f64>,
     /// The least and the largest place of the piston (length), between 0 and the side of the box.
     /// It is reflected there without loss. Default: where it would touch the nearest parallel walls

@@ -72,8 +72,9 @@ pub(crate) fn place(
     };
     if let Some(gas) = species.iter().find(is_too_long) {
         let problem = format!(
-            "`chain.tether.max` lets the centres of members be {longest:?} apart (length), so that two images are equally \
-             near: it must be less than half the shorter side, {:?}",
+            "`chain.tether.max` lets the centres of members be {:?} apart (length), so that two images are equally near: \
+             it must be less than half the shorter side, {:?}",
+            gas.spec.chain.as_ref().map_or(longest, reach),
             0.5 * side
         );
         return Err(SceneError::of_entry(&gas.entry, problem));

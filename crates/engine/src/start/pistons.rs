@@ -20,6 +20,10 @@ use crate::{
 /// more than all rounding.
 const ROOM: f64 = 1e-9;
 
+/// The farthest place at which a spring may balance, in sides of the box. Larger: it acts as a
+/// constant force, but searches are bounded by the speed of its whole swing.
+const MAX_STRETCH: f64 = 100.0;
+
 /// Gives the pistons of a scene their masses, velocities and stops. `entries` are the entries of
 /// the first bodies of the world.
 pub(crate) fn free_pistons(
@@ -131,6 +135,10 @@ pub(crate) fn check_force(entry: &str, force: f64, mass: f64) -> Result<f64, Sce
 
 /// Refuses a spring that pushes, or whose square of the angular frequency is out of range.
 fn check_spring(entry: &str, spec: &PistonSpec) -> Result<(), SceneError> {
+    if spec.spring == 0.0 && spec.relaxed_at.is_some() {
+        let problem = "`relaxed_at` is the place of a spring: give `spring`, too";
+        return Err(SceneError::of_entry(entry, problem));
+    }
     if spec.spring >= 0.0 && is_force(spec.spring, spec.mass) {
         return Ok(());
     }
@@ -208,6 +216,17 @@ fn refuse_piston(world: &World, index: usize) -> Result<(), String> {
         );
     }
     let side = world.bounds.sides()[axis];
+    if piston.stiffness > 0.0 {
+        let balance = piston.balance(constant);
+        let away = piston.stops.map(|stop| (balance - stop).abs());
+        let most = MAX_STRETCH * side;
+        if !(away[0].max(away[1]) <= most) {
+            return Err(format!(
+                "its spring balances force and gravity at {balance:e}, farther than {most:e} from a stop (length): give \
+                 a stiffer spring, or a `force` in its place"
+            ));
+        }
+    }
     let [low, high] = [
         piston.stops[0] - body.reach(),
         piston.stops[1] + body.reach(),

@@ -152,16 +152,23 @@ fn first_swing(distance: f64, [displacement, quadrature]: [f64; 2]) -> f64 {
         return 0.0;
     }
     let amplitude = libm::hypot(displacement, quadrature);
-    if amplitude <= distance.abs() {
+    // A swing that rounding has carried beyond a stop turns back within it, and meets it at once.
+    let is_beyond = displacement > distance;
+    if amplitude <= distance.abs() && !(is_beyond && distance < 0.0) {
         return f64::INFINITY;
     }
     // A sin θ = d with a positive cosine.
-    let there = libm::atan2(
-        distance,
-        ((amplitude - distance) * (amplitude + distance)).sqrt(),
-    );
+    let cosine = ((amplitude - distance) * (amplitude + distance)).max(0.0);
+    let there = libm::atan2(distance, cosine.sqrt());
     let turned = there - libm::atan2(displacement, quadrature);
-    if turned > 0.0 { turned } else { turned + TAU }
+    if turned > 0.0 {
+        turned
+    } else if quadrature > 0.0 && !is_beyond {
+        // It moves on, and is there but for rounding.
+        0.0
+    } else {
+        turned + TAU
+    }
 }
 
 impl World {
@@ -345,6 +352,48 @@ mod tests {
                 prop_assert!(place(end * f64::from(part) / 200.0) <= distance + 1e-12 * (1.0 + end * end));
             }
         }
+    }
+
+    proptest! {
+        /// The displacement at the angle found is that of the stop, and no earlier one is beyond it.
+        #[test]
+        fn the_first_swing_is_on_the_stop_and_nothing_before_is_beyond_it(
+            amplitude in 0.01..5.0f64, phase in 0.0..TAU, share in -1.2..1.2f64, is_at_stop in 0..4u8,
+        ) {
+            let distance = share * amplitude;
+            let (sin, cos) = libm::sincos(phase);
+            let mut state = [amplitude * sin, amplitude * cos];
+            if is_at_stop == 0 && share.abs() < 1.0 {
+                // Just reflected.
+                state = [distance, -amplitude * (1.0 - share * share).sqrt()];
+            }
+            prop_assume!(state[0] <= distance);
+            let angle = first_swing(distance, state);
+            let place = |turned: f64| {
+                let (sin, cos) = libm::sincos(turned);
+                state[0] * cos + state[1] * sin
+            };
+            let end = if angle.is_finite() {
+                prop_assert!((place(angle) - distance).abs() < 1e-12 * amplitude.max(1.0), "{angle}");
+                angle
+            } else {
+                TAU
+            };
+            for part in 0..200 {
+                prop_assert!(place(end * f64::from(part) / 200.0) <= distance + 1e-7 * amplitude);
+            }
+        }
+    }
+
+    #[test]
+    fn a_swing_that_rounding_has_carried_to_a_stop_meets_it() {
+        // It moves on to the stop, and is there but for rounding.
+        let state = [0.3, (0.25f64 - 0.09).sqrt()];
+        assert!(first_swing(0.3 - 1e-17, state) < 1e-8);
+        assert_eq!(first_swing(0.3 - 1e-9, state), 0.0);
+        // Pressed against a stop and carried beyond it by rounding, it meets it where it turns.
+        assert!(first_swing(-0.5, [-0.5 + 1e-12, -1e-9]) < 1e-8);
+        assert_eq!(first_swing(0.5, [0.3, -0.1]), f64::INFINITY);
     }
 
     #[test]

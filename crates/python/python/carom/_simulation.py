@@ -514,7 +514,8 @@ class Simulation:
         Parameters
         ----------
         function : callable
-            Gets the simulation, and returns a number or an array; it may edit the simulation.
+            Gets the simulation, and returns a number, or an array of the same shape each time; it may
+            edit the simulation, but not run it.
         every : float
             Time between two calls; the first is one interval from now.
         until : float
@@ -550,7 +551,10 @@ class Simulation:
         found = []
         for call in range(1, int(max(calls, 0.0)) + 1):
             self.run(min(start + call * spacing, end))
-            found.append(function(self))
+            value = np.asarray(function(self))
+            if found and value.shape != found[0].shape:
+                raise ValueError(f"`function` has returned shape {value.shape} after {found[0].shape}")
+            found.append(value)
         self.run(end)
         return np.asarray(found)
 

@@ -22,6 +22,8 @@ const MAX_FREE_TIMES_APART: f64 = 100.0;
 
 /// The rate of collisions changes during a run if that of the start differs by more than this
 /// share.
+/// Smaller: the scatter of the first contacts counts as a change. Larger: a gas that cools is
+/// described by its mean.
 const CHANGES: f64 = 0.25;
 
 /// The answers.

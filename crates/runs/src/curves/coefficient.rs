@@ -2,7 +2,7 @@
 //! sums of one run, and anew from those of several runs together.
 //!
 //! At which lags a coefficient is read depends on the data. So the coefficients of replicas are not
-//! averaged: they belong to different lags, and merged runs resolve longer ones.
+//! averaged: they belong to different lags.
 
 use carom_tables::{BlockMean, Figure, Sums, block_sums, significant};
 use serde::{Deserialize, Serialize};
@@ -11,10 +11,11 @@ use super::transport::{
     MIN_PAIRS, Plateau, Slope, Taken, TransportCurve, TransportValue, error_of_sum, joined_at,
 };
 
-/// ⟨cos Δθ⟩ below this is not used for its decay: its logarithm is noise.
+/// ⟨cos Δθ⟩ below this is not used for its decay. Smaller: its logarithm is noise. Larger: fewer lags.
 const MIN_COSINE: f64 = 0.1;
 
-/// ⟨cos Δθ⟩ must exceed this number of its standard errors, for its logarithm to be known.
+/// ⟨cos Δθ⟩ must exceed this number of its standard errors. Smaller: its logarithm has a bias. Larger:
+/// fewer lags.
 const MIN_RESOLUTION: f64 = 4.0;
 
 /// What a coefficient is, and how it follows from the sums of a measure.
@@ -41,12 +42,12 @@ pub struct Coefficient {
 /// What is read from a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) enum Reading {
-    /// The slope between the first lags of at least these (time).
+    /// The slope between the lags nearest to these (time).
     SlopeBetween([f64; 2]),
     /// The slope where it has become constant. `memory` is the number of the first sum of the
     /// autocorrelation of the velocities at the same lags.
     Plateau { memory: usize },
-    /// The rate at which the curve decays exponentially, in the same way.
+    /// The rate of the exponential decay of the curve where it has become constant.
     Decay { memory: usize },
     /// The integral from lag 0 on.
     Integral,
@@ -82,6 +83,12 @@ impl Coefficient {
         Self { prediction, ..self }
     }
 
+    /// Whether two are the same coefficient, of different runs.
+    pub fn is_same(&self, other: &Self) -> bool {
+        let kind = |one: &Self| std::mem::discriminant(&one.reading);
+        self.name == other.name && self.curve == other.curve && kind(self) == kind(other)
+    }
+
     /// The coefficient of several runs of one scene: of the first, with the factors and the
     /// predictions in the mean.
     pub fn merged(all: &[&Self]) -> Option<Self> {
@@ -93,8 +100,12 @@ impl Coefficient {
         let source = first.prediction.as_ref().map(|(_, source)| source.clone());
         Some(Self {
             factor: mean(all.iter().map(|one| one.factor).sum()),
-            // Each run has found its own start, and so the duration of its blocks.
-            block: all.iter().map(|one| one.block).fold(0.0, f64::max),
+            // Each run has its own start, and so its own duration of blocks. Errors hold at lags that
+            // the shortest resolve.
+            block: all
+                .iter()
+                .map(|one| one.block)
+                .fold(f64::INFINITY, f64::min),
             prediction: prediction.zip(source),
             ..first.clone()
         })
@@ -102,12 +113,11 @@ impl Coefficient {
 
     /// The figure from the sums over all runs and the blocks of each; `None` if they are too few.
     pub fn figure(&self, total: &[[f64; 2]], runs: &[Vec<Sums>]) -> Option<Figure> {
-        let blocks = runs.concat();
-        let curve = self.means(self.curve, total, runs, &blocks);
+        let curve = self.means(self.curve, total, runs);
         let of_curve = |means, of| TransportCurve {
             lags: &self.lags,
             means,
-            blocks: &blocks,
+            runs,
             block: self.block,
             of,
         };
@@ -117,11 +127,11 @@ impl Coefficient {
                 (slope.named(&self.name), slope.value, slope.standard_error)
             }
             Reading::Plateau { memory } => {
-                let memory = self.means(memory, total, runs, &blocks);
+                let memory = self.means(memory, total, runs);
                 self.of_plateau(of_curve(&curve, Taken::Itself).plateau(&memory)?)
             }
             Reading::Decay { memory } => {
-                let memory = self.means(memory, total, runs, &blocks);
+                let memory = self.means(memory, total, runs);
                 let known = known_cosines(&curve);
                 self.of_plateau(of_curve(&known, Taken::MinusLogarithm).plateau(&memory)?)
             }
@@ -153,27 +163,31 @@ impl Coefficient {
 
     /// The means at all lags of a quantity whose sums begin with number `first`, with errors as far
     /// as blocks are long enough; none at lags with few pairs.
-    fn means(
-        &self,
-        first: usize,
-        total: &[[f64; 2]],
-        runs: &[Vec<Sums>],
-        blocks: &[Sums],
-    ) -> Vec<BlockMean> {
-        let all = block_sums::means(total, runs);
+    fn means(&self, first: usize, total: &[[f64; 2]], runs: &[Vec<Sums>]) -> Vec<BlockMean> {
+        // Of all quantities of a measure only those of this curve: each takes a spectrum.
+        let of_curve = |sums: &[[f64; 2]]| -> Sums {
+            let end = (first + self.lags.len()).min(sums.len());
+            sums.get(first..end).unwrap_or_default().to_vec()
+        };
+        let of_run = |blocks: &Vec<Sums>| blocks.iter().map(|sums| of_curve(sums)).collect();
+        let total = of_curve(total);
+        let all = block_sums::means(&total, &runs.iter().map(of_run).collect::<Vec<_>>());
         let mean = |(place, &lag): (usize, &f64)| {
-            let quantity = first + place;
-            let (Some(&[_, pairs]), Some(&mean)) = (total.get(quantity), all.get(quantity)) else {
+            let (Some(&[_, pairs]), Some(&mean)) = (total.get(place), all.get(place)) else {
                 return BlockMean::default();
             };
             if pairs < MIN_PAIRS as f64 {
                 return BlockMean::default();
             }
+            let mean = BlockMean {
+                quantity: Some(first + place),
+                ..mean
+            };
             let joined = joined_at(lag, self.block);
             let standard_error = if lag < self.block {
                 mean.standard_error
             } else if lag < joined as f64 * self.block {
-                error_of_sum(blocks, joined, [(mean, 1.0)])
+                error_of_sum(runs, joined, [(mean, 1.0)])
             } else {
                 None
             };

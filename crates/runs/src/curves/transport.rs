@@ -35,8 +35,8 @@ pub(crate) struct TransportCurve<'a> {
     pub lags: &'a [f64],
     /// Its means, without an error where blocks are too short.
     pub means: &'a [BlockMean],
-    /// The sums of each block.
-    pub blocks: &'a [Sums],
+    /// The sums of each block of each run.
+    pub runs: &'a [Vec<Sums>],
     /// Duration of a block (time), infinite if the abscissa is no lag.
     pub block: f64,
     /// What is taken of each mean.
@@ -124,34 +124,42 @@ pub(crate) fn joined_at(lag: f64, block: f64) -> usize {
     if lag < block { 1 } else { JOINED_BLOCKS }
 }
 
-/// The standard error of a sum of means, each times a factor, from their sums in each block, so
-/// many of which are joined; of a function of means the factors are its derivatives by them. `None`
-/// if a mean is computed from several, or if there are fewer than two blocks.
+/// The standard error of a sum of means, each times a factor, from their sums in each block of each
+/// run, so many of which are joined; of a function of means the factors are its derivatives by them.
+/// Runs are independent. `None` if a mean is computed from several, or if there are fewer than two
+/// blocks.
 pub(crate) fn error_of_sum(
-    blocks: &[Sums],
+    runs: &[Vec<Sums>],
     joined: usize,
     terms: impl IntoIterator<Item = (BlockMean, f64)>,
 ) -> Option<f64> {
-    let mut deviations = vec![0.0; blocks.len()];
+    let mut deviations: Vec<Vec<f64>> = runs.iter().map(|blocks| vec![0.0; blocks.len()]).collect();
     for (mean, factor) in terms {
         let (ratio, quantity) = (mean.value?, mean.quantity?);
-        let blocks = of_quantity(blocks, quantity);
-        let weight: f64 = blocks.iter().map(|[_, weight]| weight).sum();
-        for (deviation, [x, w]) in deviations.iter_mut().zip(blocks) {
-            *deviation += factor * (x - ratio * w) / weight;
+        let of_runs: Vec<_> = runs
+            .iter()
+            .map(|blocks| of_quantity(blocks, quantity))
+            .collect();
+        let weight: f64 = of_runs.iter().flatten().map(|[_, weight]| weight).sum();
+        for (deviations, blocks) in deviations.iter_mut().zip(of_runs) {
+            for (deviation, [x, w]) in deviations.iter_mut().zip(blocks) {
+                *deviation += factor * (x - ratio * w) / weight;
+            }
         }
     }
-    let deviations: Vec<f64> = deviations
-        .chunks(joined)
-        .map(|part| part.iter().sum())
-        .collect();
+    let join = |deviations: Vec<f64>| -> Vec<f64> {
+        let parts = deviations.chunks(joined);
+        parts.map(|part| part.iter().sum()).collect()
+    };
+    let deviations: Vec<Vec<f64>> = deviations.into_iter().map(join).collect();
     // The error of a sum over the blocks is that of their mean times their number.
-    let count = deviations.len() as f64;
-    let blocks = deviations
-        .into_iter()
-        .map(|deviation| [deviation * count, 1.0])
-        .collect();
-    let error = Estimate::of_runs(&[blocks])?.standard_error;
+    let count = deviations.iter().map(Vec::len).sum::<usize>() as f64;
+    let of_run = |deviations: Vec<f64>| {
+        let blocks = deviations.into_iter();
+        blocks.map(|deviation| [deviation * count, 1.0]).collect()
+    };
+    let runs: Vec<Vec<[f64; 2]>> = deviations.into_iter().map(of_run).collect();
+    let error = Estimate::of_runs(&runs)?.standard_error;
     error.is_finite().then_some(error)
 }
 
@@ -171,7 +179,7 @@ impl TransportCurve<'_> {
             .filter_map(|&(place, _)| self.lags.get(place));
         let longest = lags.copied().fold(0.0, f64::max);
         let joined = joined_at(longest, self.block);
-        let standard_error = error_of_sum(self.blocks, joined, terms)?;
+        let standard_error = error_of_sum(self.runs, joined, terms)?;
         (value.is_finite() && standard_error > 0.0).then_some(TransportValue {
             value,
             standard_error,
@@ -202,7 +210,12 @@ impl TransportCurve<'_> {
         let rise = value(to)? - value(from)?;
         (duration > 0.0).then(|| Slope {
             value: rise / duration,
-            standard_error: self.slope(from, to).map(|slope| slope.standard_error),
+            standard_error: [from, to]
+                .iter()
+                .all(|&place| self.means[place].standard_error.is_some())
+                .then(|| self.slope(from, to))
+                .flatten()
+                .map(|slope| slope.standard_error),
             between,
         })
     }
@@ -266,8 +279,9 @@ impl TransportCurve<'_> {
         }
     }
 
-    /// The integral of the curve from lag 0 to the first lag at which it is not above its error, or
-    /// to the longest one with an error, and that lag. `None` if the samples do not resolve it.
+    /// The integral of the curve from lag 0 to the first lag from which on two values are within
+    /// their errors, or to the longest lag with an error, and that lag. `None` if the samples do not
+    /// resolve it.
     ///
     /// From there on the integral would gain more of noise than of the curve.
     ///
@@ -283,8 +297,15 @@ impl TransportCurve<'_> {
             .iter()
             .take(self.lags.len())
             .rposition(|mean| mean.standard_error.is_some())?;
-        let is_noise = |place: &usize| value(*place) <= self.means[*place].standard_error;
-        let last = (2..last).find(is_noise).unwrap_or(last);
+        let is_noise = |place: usize| {
+            let mean = &self.means[place];
+            let size = mean.value.map(f64::abs);
+            size.zip(mean.standard_error)
+                .is_none_or(|(size, error)| size <= error)
+        };
+        // One value alone may be a change of sign.
+        let are_noise = |place: &usize| is_noise(*place) && is_noise(*place + 1);
+        let last = (2..last).find(are_noise).unwrap_or(last);
         if !is_resolved || last < 2 {
             return None;
         }
@@ -372,7 +393,7 @@ mod tests {
         let curve = TransportCurve {
             lags: &lags,
             means: &means,
-            blocks: &blocks,
+            runs: std::slice::from_ref(&blocks),
             block: f64::INFINITY,
             of: Taken::Itself,
         };
@@ -396,7 +417,7 @@ mod tests {
             let curve = TransportCurve {
                 lags: &lags[..5],
                 means,
-                blocks,
+                runs: std::slice::from_ref(blocks),
                 block: f64::INFINITY,
                 of: Taken::Itself,
             };
@@ -408,7 +429,7 @@ mod tests {
         let curve = TransportCurve {
             lags: &lags,
             means: &means,
-            blocks: &blocks,
+            runs: std::slice::from_ref(&blocks),
             block: f64::INFINITY,
             of: Taken::Itself,
         };
@@ -416,7 +437,7 @@ mod tests {
         let curve = TransportCurve {
             lags: &lags[..2],
             means: &means[..2],
-            blocks: &blocks,
+            runs: std::slice::from_ref(&blocks),
             block: f64::INFINITY,
             of: Taken::Itself,
         };
@@ -432,7 +453,7 @@ mod tests {
         let curve = TransportCurve {
             lags: &lags,
             means: &means,
-            blocks: &blocks,
+            runs: std::slice::from_ref(&blocks),
             block: f64::INFINITY,
             of: Taken::MinusLogarithm,
         };
@@ -451,7 +472,7 @@ mod tests {
         let curve = TransportCurve {
             lags: &lags,
             means: &negative,
-            blocks: &blocks,
+            runs: std::slice::from_ref(&blocks),
             block: f64::INFINITY,
             of: Taken::MinusLogarithm,
         };
@@ -467,7 +488,7 @@ mod tests {
             let curve = TransportCurve {
                 lags: &lags,
                 means: &means,
-                blocks: &blocks,
+                runs: std::slice::from_ref(&blocks),
                 block: f64::INFINITY,
                 of: Taken::Itself,
             };
@@ -493,7 +514,7 @@ mod tests {
             TransportCurve {
                 lags: &lags,
                 means: &means,
-                blocks: &blocks,
+                runs: std::slice::from_ref(&blocks),
                 block: f64::INFINITY,
                 of: Taken::Itself,
             }
@@ -528,7 +549,8 @@ mod tests {
             standard_error: None,
             quantity: Some(0),
         };
-        let joined = error_of_sum(&blocks, JOINED_BLOCKS, [(mean, 1.0)]).expect("16 joined blocks");
+        let joined = error_of_sum(std::slice::from_ref(&blocks), JOINED_BLOCKS, [(mean, 1.0)])
+            .expect("16 joined blocks");
         // The sum of four numbers of variance 1/12, of which a mean over 64 blocks has 16.
         let expected = (4.0 * 4.0 / 12.0 / 64.0_f64).sqrt();
         assert!(

@@ -238,7 +238,7 @@ impl Entry {
         let context = Context {
             label,
             block,
-            blocks: &[],
+            blocks: &Vec::new(),
             is_elastic,
             is_equilibrium,
             is_cooling,

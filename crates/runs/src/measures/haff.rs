@@ -7,6 +7,7 @@
 use carom::{Scene, engine::Quantity};
 
 use super::HardDiscs;
+use crate::schedule::stages;
 
 /// Source of the curve.
 pub(super) const SOURCE: &str = "approximation, homogeneous: Haff (1983), rate by Enskog's theory";
@@ -32,7 +33,14 @@ impl CoolingDiscs {
             && scene.piston.is_empty()
             && scene.well.is_empty()
             && scene.bond.is_empty()
-            && gas.chain.is_none();
+            && scene.reaction.is_empty()
+            && scene.transparent.is_empty()
+            && scene.diameter.is_empty()
+            && scene.gravity.is_none()
+            && scene.start.from.is_none()
+            && !gas.fixed
+            && gas.chain.is_none()
+            && stages::is_disturbed(scene).is_none();
         let (Some(Quantity::Number(radius)), Some(Quantity::Number(mass))) =
             (&gas.radius, &gas.mass)
         else {

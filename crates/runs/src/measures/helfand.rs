@@ -11,7 +11,8 @@ use super::{
     hard_discs::SONINE, in_blocks, resumed,
 };
 
-/// The coefficient is the slope of the mean square between these lags (mean free times).
+/// The coefficient is the slope of the mean square between these lags (mean free times). Shorter: the
+/// stress has not decayed. Longer: larger errors.
 const BETWEEN: [f64; 2] = [5.0, 20.0];
 
 pub(super) const VISCOSITY: MeasureKind = MeasureKind {
@@ -56,7 +57,8 @@ struct Helfand {
     moment: HelfandMoment,
     /// Sum of kT over the samples (mass × length² / time²), and their number.
     temperatures: [f64; 2],
-    /// Contacts of bodies that move, and time, at the first and at the last sample.
+    /// Contacts of bodies that move, without those at bonds and steps, and time, at the first and at
+    /// the last sample.
     contacts: Option<[(u64, f64); 2]>,
     /// The box and the bodies at the first sample.
     system: Option<System>,
@@ -78,24 +80,25 @@ struct System {
     moving: usize,
     /// Whether momentum is conserved along both axes.
     conserves_momentum: bool,
-    /// Whether all bodies have the same mass and moment of inertia.
+    /// Whether all bodies are of one kind.
     is_pure: bool,
+    /// Whether some are tied to each other.
+    has_bonds: bool,
 }
 
 impl System {
     fn new(view: &View<'_>) -> Self {
-        let inertias = || {
-            view.bodies()
-                .filter(|body| body.body.is_free())
-                .map(|body| body.body.molecule())
-                .map(|molecule| (molecule.mass(), molecule.moment_of_inertia()))
+        let molecules = || {
+            let free = view.bodies().filter(|body| body.body.is_free());
+            free.map(|body| body.body.molecule().clone())
         };
-        let first = inertias().next();
+        let first = molecules().next();
         Self {
             area: view.bounds().area(),
-            moving: inertias().count(),
+            moving: molecules().count(),
             conserves_momentum: view.centre_of_mass_frame().conserves_momentum() == [true; 2],
-            is_pure: inertias().all(|inertia| Some(inertia) == first),
+            is_pure: molecules().all(|molecule| Some(molecule) == first),
+            has_bonds: view.bonds().len() > 0,
         }
     }
 }
@@ -126,6 +129,9 @@ impl Helfand {
         }
         if !context.is_equilibrium {
             return Some("the system is not left alone at equilibrium");
+        }
+        if system.has_bonds {
+            return Some("bodies are tied, and their stress decays later than that of free ones");
         }
         let is_heat = self.of == Transported::Heat;
         (is_heat && !system.is_pure).then_some("the bodies differ, so that they carry enthalpy")
@@ -198,7 +204,10 @@ impl Observer for Helfand {
             self.temperatures[0] += kt;
             self.temperatures[1] += 1.0;
         }
-        let now = (view.counters().collisions_of_moving(), view.time().to_f64());
+        let counters = view.counters();
+        let others = 2 * (counters.bond_collisions + counters.step_collisions);
+        let contacts = counters.collisions_of_moving().saturating_sub(others);
+        let now = (contacts, view.time().to_f64());
         self.contacts.get_or_insert([now; 2])[1] = now;
     }
 }

@@ -99,8 +99,8 @@ pub struct Context<'a> {
     pub label: &'a Label,
     /// Duration of a block (time).
     pub block: f64,
-    /// The sums of each complete block, in the order of time.
-    pub blocks: &'a [Sums],
+    /// The sums of each complete block of the run, in the order of time.
+    pub blocks: &'a Vec<Sums>,
     /// Whether all contacts conserve energy.
     pub is_elastic: bool,
     /// Whether the measured part can be at equilibrium: all contacts conserve energy, and neither
@@ -177,7 +177,7 @@ impl Context<'_> {
         }
         let joined = joined_at(lag, self.block);
         (lag < joined as f64 * self.block)
-            .then(|| error_of_sum(self.blocks, joined, [(*mean, 1.0)]))
+            .then(|| error_of_sum(std::slice::from_ref(self.blocks), joined, [(*mean, 1.0)]))
             .flatten()
     }
 

@@ -278,7 +278,7 @@ fn conductivity(
     let curve = TransportCurve {
         lags: places,
         means,
-        blocks: context.blocks,
+        runs: std::slice::from_ref(context.blocks),
         block: f64::INFINITY,
         of: Taken::Itself,
     };

@@ -165,7 +165,7 @@ fn errors(
         // A lag as long as all joined blocks has no error.
         terms[0].0.standard_error?;
         let joined = joined_at(points[place].lag, context.block);
-        error_of_sum(context.blocks, joined, terms)
+        error_of_sum(std::slice::from_ref(context.blocks), joined, terms)
     };
     (0..points.len()).map(error).collect()
 }

@@ -103,18 +103,25 @@ impl<'a> Merged<'a> {
     /// The coefficients of the curves of all runs together, read anew.
     fn figures_of_curves(&self, sums: &MergedSums) -> Vec<Figure> {
         let total = sums.total();
-        let parts = self.parts.iter();
-        let blocks: Vec<_> = parts.map(|part| part.sums.blocks.clone()).collect();
-        let count = self.parts.first().map_or(0, |part| part.coefficients.len());
-        let figure = |index: usize| {
-            let parts = self.parts.iter();
-            let same: Vec<_> = parts
-                .filter_map(|part| part.coefficients.get(index))
-                .collect();
+        // A run of fewer than two blocks is one block, as for other means.
+        let of_run = |part: &&MeasureRecord| match &part.sums.blocks[..] {
+            [] | [_] => vec![part.sums.total.clone()],
+            blocks => blocks.to_vec(),
+        };
+        let blocks: Vec<_> = self.parts.iter().map(of_run).collect();
+        let all = || self.parts.iter().flat_map(|part| &part.coefficients);
+        let mut distinct: Vec<&Coefficient> = Vec::new();
+        for one in all() {
+            if !distinct.iter().any(|other| other.is_same(one)) {
+                distinct.push(one);
+            }
+        }
+        let figure = |one: &Coefficient| {
+            let same: Vec<_> = all().filter(|other| other.is_same(one)).collect();
             let figure = Coefficient::merged(&same)?.figure(&total, &blocks)?;
             Some(figure.resolved())
         };
-        (0..count).filter_map(figure).collect()
+        distinct.into_iter().filter_map(figure).collect()
     }
 
     fn figures(&self) -> Vec<Figure> {

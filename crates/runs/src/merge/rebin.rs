@@ -112,6 +112,7 @@ fn rebinned(part: &MeasureRecord, targets: &[(&str, Vec<f64>)]) -> Option<Measur
         sums,
         tables,
         figures,
+        // Measures of curves have no bins, so that their sums keep their numbers.
         coefficients: part.coefficients.clone(),
         drawings: part.drawings.clone(),
     })

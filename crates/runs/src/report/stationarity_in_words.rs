@@ -55,14 +55,15 @@ pub fn stationarity_in_words(figures: &[(&str, &Figure)]) -> Option<String> {
     ))
 }
 
-/// Fewer independent samples do not tell the error of a mean.
+/// With fewer independent samples a figure is named. Smaller: errors that are too small by a third pass
+/// without a note. Larger: notes where errors hold.
 const MIN_INDEPENDENT: f64 = 8.0;
 
-/// Most figures that a sentence names.
+/// Most figures that a sentence names; more make it unreadable.
 const MAX_NAMED: usize = 3;
 
-/// The figures whose samples remember each other for so long that few of them are independent:
-/// their errors may be too small. `None` if there are none.
+/// The figures whose samples are correlated for so long that few of them are independent: their
+/// errors may be too small. `None` if there are none.
 pub fn few_samples_in_words(figures: &[Figure]) -> Option<String> {
     let few = |figure: &&Figure| {
         let found = figure

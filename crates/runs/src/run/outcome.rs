@@ -432,7 +432,7 @@ impl RunOutcome {
             .collect()
     }
 
-    /// What a reader must know of the trajectory.
+    /// Notes on the trajectory.
     fn note_on_dynamics(&self, method: &Method) -> Vec<String> {
         let mut notes = Vec::new();
         if !method.is_exact() {
@@ -451,7 +451,7 @@ impl RunOutcome {
         notes
     }
 
-    /// What a reader must know of this run alone: what it has too little of.
+    /// Notes on this run alone, where data are few.
     fn note_on_data(&self) -> Vec<String> {
         let mut notes = self.results.reasons.clone();
         if !self.results.silent.is_empty() {

@@ -68,7 +68,7 @@ impl PistonRoom<'_> {
                 force(draw, side)
             },
             stops,
-            // The reckoning of flights and energies knows constant forces alone.
+            // The independent kinematics has constant forces alone.
             spring: 0.0,
             relaxed_at: None,
         })

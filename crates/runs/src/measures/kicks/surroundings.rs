@@ -72,7 +72,10 @@ impl Surroundings {
                 mean(mass),
             ],
             count,
-            is_one_gas: moving().all(is_equal) && !has_full_pocket(view, &body, first),
+            is_one_gas: moving().all(is_equal)
+                && view.bonds().len() == 0
+                && !view.has_pair_rules()
+                && !has_full_pocket(view, &body, first),
             bumpers: others()
                 .filter(|other| other.body.is_fixed())
                 .map(bumper)
