@@ -78,8 +78,8 @@ pub fn charts(table: &Table) -> Result<Vec<String>> {
     Ok(charts)
 }
 
-/// The table with a title for the chart of one group of its columns, among this number of charts: the
-/// quantities of the group.
+/// The table with a title for the chart of one group of its columns, among this number of charts:
+/// the quantities of the group.
 fn titled(table: &Table, group: &[&Column], charts: usize) -> Table {
     let mut table = table.clone();
     let curves = group.iter().filter(|column| column.role.is_curve());

@@ -21,9 +21,9 @@ use crate::world::{World, heat::exact_sum};
 /// Larger: the rounding of places grows in proportion.
 const MAX_PHASE: f64 = 8.0;
 
-/// The largest change of the phase of a piston on a spring in an epoch (radians). Smaller: more epochs,
-/// each of which predicts all bodies. Larger: its own frame, in which it flies uniformly, moves away,
-/// and the rounding of its place grows.
+/// The largest change of the phase of a piston on a spring in an epoch (radians). Smaller: more
+/// epochs, each of which predicts all bodies. Larger: its own frame, in which it flies uniformly,
+/// moves away, and the rounding of its place grows.
 const MAX_SWING: f64 = 2.0;
 
 /// The longest way that the falling frame falls in an epoch, in shorter sides of the box. Smaller:

@@ -355,7 +355,8 @@ mod tests {
     }
 
     proptest! {
-        /// The displacement at the angle found is that of the stop, and no earlier one is beyond it.
+        /// The displacement at the angle found is that of the stop, and no earlier one is beyond
+        /// it.
         #[test]
         fn the_first_swing_is_on_the_stop_and_nothing_before_is_beyond_it(
             amplitude in 0.01..5.0f64, phase in 0.0..TAU, share in -1.2..1.2f64, is_at_stop in 0..4u8,

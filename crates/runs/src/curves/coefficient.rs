@@ -11,11 +11,12 @@ use super::transport::{
     MIN_PAIRS, Plateau, Slope, Taken, TransportCurve, TransportValue, error_of_sum, joined_at,
 };
 
-/// ⟨cos Δθ⟩ below this is not used for its decay. Smaller: its logarithm is noise. Larger: fewer lags.
+/// ⟨cos Δθ⟩ below this is not used for its decay. Smaller: its logarithm is noise. Larger: fewer
+/// lags.
 const MIN_COSINE: f64 = 0.1;
 
-/// ⟨cos Δθ⟩ must exceed this number of its standard errors. Smaller: its logarithm has a bias. Larger:
-/// fewer lags.
+/// ⟨cos Δθ⟩ must exceed this number of its standard errors. Smaller: its logarithm has a bias.
+/// Larger: fewer lags.
 const MIN_RESOLUTION: f64 = 4.0;
 
 /// What a coefficient is, and how it follows from the sums of a measure.
@@ -100,8 +101,8 @@ impl Coefficient {
         let source = first.prediction.as_ref().map(|(_, source)| source.clone());
         Some(Self {
             factor: mean(all.iter().map(|one| one.factor).sum()),
-            // Each run has its own start, and so its own duration of blocks. Errors hold at lags that
-            // the shortest resolve.
+            // Each run has its own start, and so its own duration of blocks. Errors hold at lags
+            // that the shortest resolve.
             block: all
                 .iter()
                 .map(|one| one.block)

@@ -125,9 +125,9 @@ pub(crate) fn joined_at(lag: f64, block: f64) -> usize {
 }
 
 /// The standard error of a sum of means, each times a factor, from their sums in each block of each
-/// run, so many of which are joined; of a function of means the factors are its derivatives by them.
-/// Runs are independent. `None` if a mean is computed from several, or if there are fewer than two
-/// blocks.
+/// run, so many of which are joined; of a function of means the factors are its derivatives by
+/// them. Runs are independent. `None` if a mean is computed from several, or if there are fewer
+/// than two blocks.
 pub(crate) fn error_of_sum(
     runs: &[Vec<Sums>],
     joined: usize,
@@ -280,8 +280,8 @@ impl TransportCurve<'_> {
     }
 
     /// The integral of the curve from lag 0 to the first lag from which on two values are within
-    /// their errors, or to the longest lag with an error, and that lag. `None` if the samples do not
-    /// resolve it.
+    /// their errors, or to the longest lag with an error, and that lag. `None` if the samples do
+    /// not resolve it.
     ///
     /// From there on the integral would gain more of noise than of the curve.
     ///

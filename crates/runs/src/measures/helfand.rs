@@ -11,8 +11,8 @@ use super::{
     hard_discs::SONINE, in_blocks, resumed,
 };
 
-/// The coefficient is the slope of the mean square between these lags (mean free times). Shorter: the
-/// stress has not decayed. Longer: larger errors.
+/// The coefficient is the slope of the mean square between these lags (mean free times). Shorter:
+/// the stress has not decayed. Longer: larger errors.
 const BETWEEN: [f64; 2] = [5.0, 20.0];
 
 pub(super) const VISCOSITY: MeasureKind = MeasureKind {
@@ -57,8 +57,8 @@ struct Helfand {
     moment: HelfandMoment,
     /// Sum of kT over the samples (mass × length² / time²), and their number.
     temperatures: [f64; 2],
-    /// Contacts of bodies that move, without those at bonds and steps, and time, at the first and at
-    /// the last sample.
+    /// Contacts of bodies that move, without those at bonds and steps, and time, at the first and
+    /// at the last sample.
     contacts: Option<[(u64, f64); 2]>,
     /// The box and the bodies at the first sample.
     system: Option<System>,

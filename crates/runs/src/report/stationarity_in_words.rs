@@ -55,8 +55,8 @@ pub fn stationarity_in_words(figures: &[(&str, &Figure)]) -> Option<String> {
     ))
 }
 
-/// With fewer independent samples a figure is named. Smaller: errors that are too small by a third pass
-/// without a note. Larger: notes where errors hold.
+/// With fewer independent samples a figure is named. Smaller: errors that are too small by a third
+/// pass without a note. Larger: notes where errors hold.
 const MIN_INDEPENDENT: f64 = 8.0;
 
 /// Most figures that a sentence names; more make it unreadable.

@@ -18,8 +18,8 @@ pub const NOT_EXACT: &str = "NOT EXACT";
 /// Name of the number of walls, bumpers and fixed molecules.
 pub const FIXED_BODIES: &str = "fixed bodies";
 
-/// A value leads a page only if it is this number of times its standard error. Smaller: noise leads.
-/// Larger: small quantities never do.
+/// A value leads a page only if it is this number of times its standard error. Smaller: noise
+/// leads. Larger: small quantities never do.
 const CLEAR: f64 = 3.0;
 
 /// The verdict of a run or of merged runs.
