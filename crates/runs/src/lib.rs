@@ -68,9 +68,9 @@ pub use console::print_line;
 /// Prints a line for each figure, unless a JSON object is written.
 pub fn print_figures(figures: &[Figure]) {
     if !json_object::is_json() {
-        figure_lines(figures)
-            .iter()
-            .for_each(|line| print_line(line));
+        for line in figure_lines(figures) {
+            print_line(&line);
+        }
     }
 }
 

@@ -220,7 +220,7 @@ fn refuse_piston(world: &World, index: usize) -> Result<(), String> {
         let balance = piston.balance(constant);
         let away = piston.stops.map(|stop| (balance - stop).abs());
         let most = MAX_STRETCH * side;
-        if !(away[0].max(away[1]) <= most) {
+        if away[0].max(away[1]) > most {
             return Err(format!(
                 "its spring balances force and gravity at {balance:e}, farther than {most:e} from a stop (length): give \
                  a stiffer spring, or a `force` in its place"
