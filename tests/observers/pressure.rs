@@ -56,7 +56,7 @@ fn two_discs_have_their_exact_pressure_with_and_without_drift() {
         let (found, flux) = reduced_pressure(&scene, 10.0, 40_010.0, 400);
         let excluded = 4.0 * PI * radius * radius;
         let expected = 2.0 + excluded / (sides[0] * sides[1] - excluded);
-        assert!(found.standard_error < 0.005, "{found:?}");
+        assert!(found.standard_error < 0.006, "{found:?}");
         let deviation = (found.mean - expected) / found.standard_error;
         assert!(deviation.abs() < 3.0, "{found:?}, exact {expected}");
         // Two of the four degrees of freedom remain for the momentum flux.
