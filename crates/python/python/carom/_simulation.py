@@ -548,7 +548,7 @@ class Simulation:
         calls = (end - start) / spacing * (1 + 1e-12)
         if calls > 1e8:
             raise ValueError(f"`every`: there would be {calls:.3g} calls; at most 1e8 are allowed")
-        found = []
+        found: list[NDArray[Any]] = []
         for call in range(1, int(max(calls, 0.0)) + 1):
             self.run(min(start + call * spacing, end))
             value = np.asarray(function(self))
