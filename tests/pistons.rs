@@ -6,17 +6,22 @@ use carom_engine::{
 };
 use carom_response::Impact;
 
-fn scene(text: &str) -> Scene {
+pub fn scene(text: &str) -> Scene {
     Scene::from_toml(text).unwrap()
 }
 
 /// The place and velocity of the piston, which is the last wall of the scene.
-fn piston<S: carom_engine::scheduler::Scheduler>(
+pub fn piston<S: carom_engine::scheduler::Scheduler>(
     simulation: &Simulation<Exact, Impact, S>,
 ) -> [f64; 2] {
     let view = simulation.view();
     let piston = view.bodies().find(|body| body.body.is_piston()).unwrap();
     [piston.motion.position.x, piston.motion.velocity.x]
+}
+
+/// A simulation whose events are ordered by a heap.
+pub fn on_heap(scene: &Scene) -> Simulation<Exact, Impact, HeapScheduler> {
+    Simulation::with(scene, Exact::default(), Impact, CellsPerSide::Automatic).unwrap()
 }
 
 /// Two balls on both sides of a piston between two walls: a system of three bodies on a line, whose
@@ -34,13 +39,7 @@ fn two_balls_beside_a_piston_follow_the_collisions_on_a_line() {
         Instructions::Widest,
     )
     .unwrap();
-    let mut heap = Simulation::<Exact, Impact, HeapScheduler>::with(
-        &scene,
-        Exact::default(),
-        Impact,
-        CellsPerSide::Automatic,
-    )
-    .unwrap();
+    let mut heap = on_heap(&scene);
     let masses = [2.0, 7.0, 3.0];
     let (mut places, mut velocities) = ([0.25_f64, 0.5, 0.75], [1.0_f64, 0.25, -0.5]);
     let mut time = 0.0;
@@ -165,13 +164,7 @@ fn both_schedulers_find_the_contact_of_a_molecule_over_the_border() {
         orientation_turns = 0.1875\nvelocity = [-1.0, 0.0]\nrotation = \"locked\"",
     );
     let mut cells = Simulation::new(&scene).unwrap();
-    let mut heap = Simulation::<Exact, Impact, HeapScheduler>::with(
-        &scene,
-        Exact::default(),
-        Impact,
-        CellsPerSide::Automatic,
-    )
-    .unwrap();
+    let mut heap = on_heap(&scene);
     cells.run_until(0.5).unwrap();
     heap.run_until(0.5).unwrap();
     assert_eq!(cells.view().counters().collisions, 1);
@@ -185,9 +178,18 @@ const TWO_GASES: &str = "[box]\nsides = [2.0, 1.0]\n[[wall]]\nx = 0.0\n[[wall]]\
     [[gas]]\nradius = 0.02\nmass = 1.0\ntemperature = 1.0\ncount = 60\n\
     [[gas]]\nshape = \"dumbbell\"\nradius = 0.015\nmass = 0.5\ntemperature = 0.5\ncount = 40";
 
+/// The same gases with a spring in place of the force.
+pub fn on_spring() -> String {
+    TWO_GASES.replace("force = -1.5", "spring = 400.0\nrelaxed_at = 0.9")
+}
+
 #[test]
 fn gases_beside_a_piston_conserve_their_energy_and_do_not_overlap() {
-    for text in [TWO_GASES.to_owned(), TWO_GASES.replace("force = -1.5", "")] {
+    for text in [
+        TWO_GASES.to_owned(),
+        TWO_GASES.replace("force = -1.5", ""),
+        on_spring(),
+    ] {
         for gravity in ["", "[gravity]\nacceleration = [0.5, -0.25]\n"] {
             let scene = scene(&format!("{gravity}{text}"));
             let mut simulation = Simulation::new(&scene).unwrap();
@@ -210,40 +212,36 @@ fn gases_beside_a_piston_conserve_their_energy_and_do_not_overlap() {
 
 #[test]
 fn both_schedulers_find_the_same_contacts_beside_a_piston() {
-    let scene = scene(TWO_GASES);
-    let mut cells = Simulation::new(&scene).unwrap();
-    let mut heap = Simulation::<Exact, Impact, HeapScheduler>::with(
-        &scene,
-        Exact::default(),
-        Impact,
-        CellsPerSide::Automatic,
-    )
-    .unwrap();
-    for contact in 0..300 {
-        assert!(cells.step(10.0, &mut ()).unwrap() && heap.step(10.0, &mut ()).unwrap());
-        let [one, other] = [cells.time().to_f64(), heap.time().to_f64()];
-        assert!((one - other).abs() < 1e-9, "{contact}: {one} {other}");
+    for text in [TWO_GASES.to_owned(), on_spring()] {
+        let scene = scene(&text);
+        let (mut cells, mut heap) = (Simulation::new(&scene).unwrap(), on_heap(&scene));
+        for contact in 0..300 {
+            assert!(cells.step(10.0, &mut ()).unwrap() && heap.step(10.0, &mut ()).unwrap());
+            let [one, other] = [cells.time().to_f64(), heap.time().to_f64()];
+            assert!((one - other).abs() < 1e-9, "{contact}: {one} {other}");
+        }
+        assert_eq!(
+            cells.view().counters().collisions,
+            heap.view().counters().collisions
+        );
     }
-    assert_eq!(
-        cells.view().counters().collisions,
-        heap.view().counters().collisions
-    );
 }
 
 #[test]
 fn a_run_with_a_piston_is_resumed_to_the_bit() {
-    let scene = scene(TWO_GASES);
-    let mut simulation = Simulation::new(&scene).unwrap();
-    simulation.run_until(0.5).unwrap();
-    let checkpoint = simulation.end_epoch_here();
-    let mut resumed: Simulation = Simulation::resume(&checkpoint).unwrap();
-    simulation.run_until(1.5).unwrap();
-    resumed.run_until(1.5).unwrap();
-    assert_eq!(piston(&simulation), piston(&resumed));
-    assert_eq!(
-        simulation.view().counters().collisions,
-        resumed.view().counters().collisions
-    );
+    for text in [TWO_GASES.to_owned(), on_spring()] {
+        let mut simulation = Simulation::new(&scene(&text)).unwrap();
+        simulation.run_until(0.5).unwrap();
+        let checkpoint = simulation.end_epoch_here();
+        let mut resumed: Simulation = Simulation::resume(&checkpoint).unwrap();
+        simulation.run_until(1.5).unwrap();
+        resumed.run_until(1.5).unwrap();
+        assert_eq!(piston(&simulation), piston(&resumed));
+        assert_eq!(
+            simulation.view().counters().collisions,
+            resumed.view().counters().collisions
+        );
+    }
 }
 
 #[test]

@@ -2,24 +2,9 @@
 
 use std::f64::consts::PI;
 
-use carom_detection::Exact;
-use carom_engine::{CellsPerSide, HeapScheduler, Scene, Simulation, scheduler::Scheduler};
-use carom_response::Impact;
+use carom_engine::Simulation;
 
-fn scene(text: &str) -> Scene {
-    Scene::from_toml(text).unwrap()
-}
-
-/// The place and velocity of the piston.
-fn piston<S: Scheduler>(simulation: &Simulation<Exact, Impact, S>) -> [f64; 2] {
-    let view = simulation.view();
-    let piston = view.bodies().find(|body| body.body.is_piston()).unwrap();
-    [piston.motion.position.x, piston.motion.velocity.x]
-}
-
-fn on_heap(scene: &Scene) -> Simulation<Exact, Impact, HeapScheduler> {
-    Simulation::with(scene, Exact::default(), Impact, CellsPerSide::Automatic).unwrap()
-}
+use crate::pistons::{on_heap, on_spring, piston, scene};
 
 /// Without contacts: from rest at 0.5 about 0.3, for which force, gravity or the spring alone give
 /// the place of balance, undisturbed or reflected by a stop at 0.2, which it meets after a third of
@@ -134,60 +119,15 @@ fn a_ball_beside_a_piston_on_a_spring_follows_the_line() {
     }
 }
 
-/// Discs and dumbbells on both sides of a piston on a spring.
-const TWO_GASES: &str = "[box]\nsides = [2.0, 1.0]\n[[wall]]\nx = 0.0\n[[wall]]\ny = 0.0\n\
-    [[piston]]\nx = 0.75\nradius = 0.01\nmass = 5.0\nspring = 400.0\nrelaxed_at = 0.9\ntags = [\"piston\"]\n\
-    [[gas]]\nradius = 0.02\nmass = 1.0\ntemperature = 1.0\ncount = 60\n\
-    [[gas]]\nshape = \"dumbbell\"\nradius = 0.015\nmass = 0.5\ntemperature = 0.5\ncount = 40";
-
 #[test]
-fn gases_beside_a_spring_conserve_their_energy_and_do_not_overlap() {
-    for more in ["", "[gravity]\nacceleration = [0.5, -0.25]\n"] {
-        let scene = scene(&format!("{more}{TWO_GASES}"));
-        let mut simulation = Simulation::new(&scene).unwrap();
-        let mut moved = [f64::INFINITY, 0.0];
-        for stop in 1..=40 {
-            simulation.run_until(0.1 * f64::from(stop)).unwrap();
-            simulation.check_invariants(0.02).unwrap();
-            let place = piston(&simulation)[0];
-            moved = [moved[0].min(place), f64::max(moved[1], place)];
-        }
-        assert!(moved[1] - moved[0] > 0.05, "{moved:?}");
-        let (view, ledger) = (simulation.view(), simulation.view().ledger());
-        assert!(view.counters().collisions > 2000);
-        assert!((view.energy() - ledger.booked()).abs() < 1e-11 * view.energy());
-    }
-}
-
-#[test]
-fn both_schedulers_find_the_same_contacts_beside_a_spring() {
-    let scene = scene(TWO_GASES);
-    let (mut cells, mut heap) = (Simulation::new(&scene).unwrap(), on_heap(&scene));
-    for contact in 0..300 {
-        assert!(cells.step(10.0, &mut ()).unwrap() && heap.step(10.0, &mut ()).unwrap());
-        let [one, other] = [cells.time().to_f64(), heap.time().to_f64()];
-        assert!((one - other).abs() < 1e-9, "{contact}: {one} {other}");
-    }
-}
-
-#[test]
-fn a_run_with_a_spring_is_resumed_to_the_bit_and_runs_back() {
-    let scene = scene(TWO_GASES);
+fn a_run_with_a_spring_runs_back() {
+    let scene = scene(&on_spring());
     let mut simulation = Simulation::new(&scene).unwrap();
     let start = piston(&simulation)[0];
     simulation.run_until(0.05).unwrap();
     simulation.reverse();
     simulation.run_until(0.1).unwrap();
     assert!((piston(&simulation)[0] - start).abs() < 1e-9);
-    let mut simulation = Simulation::new(&scene).unwrap();
-    simulation.run_until(0.5).unwrap();
-    let checkpoint = simulation.end_epoch_here();
-    let mut resumed: Simulation = Simulation::resume(&checkpoint).unwrap();
-    simulation.run_until(1.5).unwrap();
-    resumed.run_until(1.5).unwrap();
-    assert_eq!(piston(&simulation), piston(&resumed));
-    let collisions = |simulation: &Simulation| simulation.view().counters().collisions;
-    assert_eq!(collisions(&simulation), collisions(&resumed));
 }
 
 #[test]

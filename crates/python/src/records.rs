@@ -8,7 +8,7 @@ use carom_runs::{
     checkpoint_file::{self, CheckpointBody},
     interruption::Signals,
     merge,
-    record::{Record, SUMS},
+    record::{MeasureRecord, Record, SUMS},
     run,
 };
 use carom_tables::{BlockSums, Figure, Spacing, Stationarity, Table, Totals, block_sums};
@@ -112,13 +112,11 @@ fn results(record: &Record) -> (Vec<Table>, Vec<Figure>) {
     }
     let runs = || record.runs.values();
     let measures = || runs().flat_map(|run| &run.measures);
-    let of_measures = measures().flat_map(|measure| {
-        let others = measure.figures.iter().map(|(figure, ..)| figure.clone());
-        measure.figures_of_curves().into_iter().chain(others)
-    });
+    let of_measures = measures().flat_map(MeasureRecord::all_figures);
     let figures = runs()
-        .flat_map(|run| run.figures.iter().cloned())
+        .flat_map(|run| &run.figures)
         .chain(of_measures)
+        .cloned()
         .collect();
     (
         measures()
@@ -223,11 +221,9 @@ pub fn mean_of_series(
     values: PyReadonlyArray1<'_, f64>,
     weights: PyReadonlyArray1<'_, f64>,
 ) -> PyResult<(f64, Option<f64>, Option<bool>)> {
-    let (mut blocks, mut sums) = (BlockSums::default(), [0.0; 2]);
-    for (value, weight) in values.as_array().iter().zip(weights.as_array()) {
-        sums = [sums[0] + value * weight, sums[1] + weight];
-        blocks.record(|| vec![sums]);
-    }
+    let (values, weights) = (values.as_array(), weights.as_array());
+    let series = values.iter().zip(weights);
+    let (blocks, sums) = BlockSums::of_series(series.map(|(&value, &weight)| [value, weight]));
     let mean = blocks.means(&[sums])[0];
     let blocks = block_sums::of_quantity(&blocks.blocks(), 0);
     let span = [0.0, blocks.len() as f64];

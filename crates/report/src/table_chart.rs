@@ -65,7 +65,8 @@ pub fn charts(table: &Table) -> Result<Vec<String>> {
     let places = Places::new(abscissa, table.spacing);
     let mut charts = Vec::new();
     for group in &groups {
-        let table = &titled(table, group, groups.len());
+        let titled = (groups.len() > 1).then(|| titled(table, group));
+        let table = titled.as_ref().unwrap_or(table);
         if table.is_polar {
             charts.extend(polar(table, group)?);
         }
@@ -78,25 +79,21 @@ pub fn charts(table: &Table) -> Result<Vec<String>> {
     Ok(charts)
 }
 
-/// The table with a title for the chart of one group of its columns, among this number of charts:
-/// the quantities of the group.
-fn titled(table: &Table, group: &[&Column], charts: usize) -> Table {
+/// The table with a title for the chart of one group of its columns: the quantities of the group,
+/// unless that is too long.
+fn titled(table: &Table, group: &[&Column]) -> Table {
     let mut table = table.clone();
     let curves = group.iter().filter(|column| column.role.is_curve());
-    let labels: Vec<String> = curves
+    let mut labels: Vec<String> = curves
         .map(|column| column.label.replace('_', " "))
         .collect();
-    if charts > 1 && !labels.is_empty() {
-        let rest = if labels.len() > MAX_LABELS {
-            ", …"
-        } else {
-            ""
-        };
-        let first = &labels[..labels.len().min(MAX_LABELS)];
-        let title = format!("{}: {}{rest}", table.title, first.join(", "));
-        if title.chars().count() <= MAX_TITLE {
-            table.title = title;
-        }
+    if labels.len() > MAX_LABELS {
+        labels.truncate(MAX_LABELS);
+        labels.push("…".to_owned());
+    }
+    let title = format!("{}: {}", table.title, labels.join(", "));
+    if !labels.is_empty() && title.chars().count() <= MAX_TITLE {
+        table.title = title;
     }
     table
 }

@@ -62,8 +62,9 @@ pub struct MeasureRecord {
     pub tables: Vec<Table>,
     /// Its figures, with the number of their sums.
     pub figures: Vec<(Figure, Option<usize>)>,
-    /// Coefficients of its curves, which are figures, too.
+    /// Coefficients of its curves, and their figures in this run alone.
     pub(crate) coefficients: Vec<Coefficient>,
+    pub(crate) of_curves: Vec<Figure>,
     /// Its drawings.
     pub drawings: Vec<Drawing>,
 }
@@ -195,11 +196,10 @@ impl RunRecord {
 }
 
 impl MeasureRecord {
-    /// The figures of its curves.
-    pub fn figures_of_curves(&self) -> Vec<Figure> {
-        let runs = std::slice::from_ref(&self.sums.blocks);
-        let figure = |one: &Coefficient| one.figure(&self.sums.total, runs);
-        self.coefficients.iter().filter_map(figure).collect()
+    /// All its figures: those of curves, then those of sums.
+    pub fn all_figures(&self) -> impl Iterator<Item = &Figure> {
+        let of_sums = self.figures.iter().map(|(figure, _)| figure);
+        self.of_curves.iter().chain(of_sums)
     }
 
     /// Verifies that weights and counts are not negative, and that numbers of quantities are those

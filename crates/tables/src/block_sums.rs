@@ -46,6 +46,17 @@ pub struct BlockMean {
 }
 
 impl BlockSums {
+    /// The blocks and the sums of one quantity at equal intervals of time, from its values, each
+    /// with a weight.
+    pub fn of_series(values: impl IntoIterator<Item = [f64; 2]>) -> (Self, [f64; 2]) {
+        let (mut blocks, mut sums) = (Self::default(), [0.0; 2]);
+        for [value, weight] in values {
+            sums = [sums[0] + value * weight, sums[1] + weight];
+            blocks.record(|| vec![sums]);
+        }
+        (blocks, sums)
+    }
+
     /// Counts a record. Call it at equal intervals of time. `sums` gives the sums of all quantities
     /// from the start up to now, and is called at the end of a block only.
     pub fn record(&mut self, sums: impl FnOnce() -> Sums) {
@@ -87,12 +98,8 @@ impl BlockSums {
 /// Mean and standard error of a series at equal intervals of time; `None` with fewer than two
 /// values.
 pub fn mean_of_series(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
-    let (mut blocks, mut sums) = (BlockSums::default(), vec![[0.0; 2]]);
-    for value in values {
-        sums[0] = [sums[0][0] + value, sums[0][1] + 1.0];
-        blocks.record(|| sums.clone());
-    }
-    let mean = blocks.means(&sums)[0];
+    let (blocks, sums) = BlockSums::of_series(values.into_iter().map(|value| [value, 1.0]));
+    let mean = blocks.means(&[sums])[0];
     Some((mean.value?, mean.standard_error?))
 }
 

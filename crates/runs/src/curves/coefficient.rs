@@ -8,7 +8,7 @@ use carom_tables::{BlockMean, Figure, Sums, block_sums, significant};
 use serde::{Deserialize, Serialize};
 
 use super::transport::{
-    MIN_PAIRS, Plateau, Slope, Taken, TransportCurve, TransportValue, error_of_sum, joined_at,
+    MIN_PAIRS, Plateau, Slope, Taken, TransportCurve, TransportValue, error_at_lag,
 };
 
 /// ⟨cos Δθ⟩ below this is not used for its decay. Smaller: its logarithm is noise. Larger: fewer
@@ -184,16 +184,8 @@ impl Coefficient {
                 quantity: Some(first + place),
                 ..mean
             };
-            let joined = joined_at(lag, self.block);
-            let standard_error = if lag < self.block {
-                mean.standard_error
-            } else if lag < joined as f64 * self.block {
-                error_of_sum(runs, joined, [(mean, 1.0)])
-            } else {
-                None
-            };
             BlockMean {
-                standard_error,
+                standard_error: error_at_lag(&mean, lag, self.block, runs),
                 ..mean
             }
         };

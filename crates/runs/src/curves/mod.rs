@@ -4,4 +4,6 @@ mod coefficient;
 mod transport;
 
 pub(crate) use coefficient::{Coefficient, Reading};
-pub(crate) use transport::{MIN_PAIRS, Taken, TransportCurve, error_of_sum, joined_at};
+pub(crate) use transport::{
+    MIN_PAIRS, Taken, TransportCurve, error_at_lag, error_of_sum, joined_at,
+};

@@ -163,6 +163,23 @@ pub(crate) fn error_of_sum(
     error.is_finite().then_some(error)
 }
 
+/// The standard error of a mean at a lag, in blocks of this duration (times): that of the blocks,
+/// or of joined ones where a block holds pairs that begin before it. Still longer lags have none.
+pub(crate) fn error_at_lag(
+    mean: &BlockMean,
+    lag: f64,
+    block: f64,
+    runs: &[Vec<Sums>],
+) -> Option<f64> {
+    if lag < block {
+        return mean.standard_error;
+    }
+    let joined = joined_at(lag, block);
+    (lag < joined as f64 * block)
+        .then(|| error_of_sum(runs, joined, [(*mean, 1.0)]))
+        .flatten()
+}
+
 impl TransportCurve<'_> {
     /// The sum of some of its means by their places, each times a factor.
     pub(crate) fn combination(&self, factors: &[(usize, f64)]) -> Option<TransportValue> {
@@ -376,6 +393,22 @@ mod tests {
         )
     }
 
+    /// A curve of one run whose lags are all shorter than a block.
+    fn of_one_run<'a>(
+        lags: &'a [f64],
+        means: &'a [BlockMean],
+        blocks: &'a Vec<Sums>,
+        of: Taken,
+    ) -> TransportCurve<'a> {
+        TransportCurve {
+            lags,
+            means,
+            runs: std::slice::from_ref(blocks),
+            block: f64::INFINITY,
+            of,
+        }
+    }
+
     fn lags() -> Vec<f64> {
         (0..10)
             .chain((1..10).map(|n| 10 * n))
@@ -390,13 +423,7 @@ mod tests {
         let lags = lags();
         let (memory, _) = measured(&lags, |t| (-t / 2.0).exp(), 1e-3);
         let (means, blocks) = measured(&lags, square, 1e-3);
-        let curve = TransportCurve {
-            lags: &lags,
-            means: &means,
-            runs: std::slice::from_ref(&blocks),
-            block: f64::INFINITY,
-            of: Taken::Itself,
-        };
+        let curve = of_one_run(&lags, &means, &blocks, Taken::Itself);
         let found = curve.plateau(&memory).unwrap();
         assert!(
             found.is_constant && found.between[0] >= 5.0 && found.between[1] == 90.0,
@@ -414,33 +441,15 @@ mod tests {
         let [(short, of_short), (noisy, of_noisy)] =
             [1e-3, 0.3].map(|scatter| measured(&lags[..5], square, scatter));
         for (means, blocks) in [(&short, &of_short), (&noisy, &of_noisy)] {
-            let curve = TransportCurve {
-                lags: &lags[..5],
-                means,
-                runs: std::slice::from_ref(blocks),
-                block: f64::INFINITY,
-                of: Taken::Itself,
-            };
+            let curve = of_one_run(&lags[..5], means, blocks, Taken::Itself);
             assert!(!curve.plateau(&memory).unwrap().is_constant);
         }
         // Nor has a ballistic one, whatever the memory of the velocities.
         let (means, blocks) = measured(&lags, |t| t * t, 1e-3);
         let (lost, _) = measured(&lags, |t| if t > 0.0 { 0.0 } else { 1.0 }, 1e-3);
-        let curve = TransportCurve {
-            lags: &lags,
-            means: &means,
-            runs: std::slice::from_ref(&blocks),
-            block: f64::INFINITY,
-            of: Taken::Itself,
-        };
+        let curve = of_one_run(&lags, &means, &blocks, Taken::Itself);
         assert!(!curve.plateau(&lost).unwrap().is_constant);
-        let curve = TransportCurve {
-            lags: &lags[..2],
-            means: &means[..2],
-            runs: std::slice::from_ref(&blocks),
-            block: f64::INFINITY,
-            of: Taken::Itself,
-        };
+        let curve = of_one_run(&lags[..2], &means[..2], &blocks, Taken::Itself);
         assert_eq!(curve.plateau(&memory), None);
     }
 
@@ -450,13 +459,7 @@ mod tests {
         let lags = lags();
         let (memory, _) = measured(&lags, |t| (-t / 2.0).exp(), 1e-3);
         let (means, blocks) = measured(&lags, |t| (-0.02 * t).exp(), 1e-3);
-        let curve = TransportCurve {
-            lags: &lags,
-            means: &means,
-            runs: std::slice::from_ref(&blocks),
-            block: f64::INFINITY,
-            of: Taken::MinusLogarithm,
-        };
+        let curve = of_one_run(&lags, &means, &blocks, Taken::MinusLogarithm);
         let Plateau {
             slope, is_constant, ..
         } = curve.plateau(&memory).unwrap();
@@ -469,13 +472,7 @@ mod tests {
             "{slope:?}"
         );
         let (negative, blocks) = measured(&lags, |t| 0.5 - t, 1e-3);
-        let curve = TransportCurve {
-            lags: &lags,
-            means: &negative,
-            runs: std::slice::from_ref(&blocks),
-            block: f64::INFINITY,
-            of: Taken::MinusLogarithm,
-        };
+        let curve = of_one_run(&lags, &negative, &blocks, Taken::MinusLogarithm);
         assert_eq!(curve.plateau(&memory), None);
     }
 
@@ -485,13 +482,7 @@ mod tests {
         // The trapezoidal rule gives 6.07.
         for time in [6.0, 15.0] {
             let (means, blocks) = measured(&lags, |t| (-t / time).exp(), 1e-3);
-            let curve = TransportCurve {
-                lags: &lags,
-                means: &means,
-                runs: std::slice::from_ref(&blocks),
-                block: f64::INFINITY,
-                of: Taken::Itself,
-            };
+            let curve = of_one_run(&lags, &means, &blocks, Taken::Itself);
             let (found, _) = curve.integral().unwrap();
             let expected = time * (1.0 - (-90.0 / time).exp());
             assert!(
@@ -511,14 +502,7 @@ mod tests {
         let lags = lags();
         let of = |time: f64| {
             let (means, blocks) = measured(&lags, |t| (-t / time).exp(), 1e-3);
-            TransportCurve {
-                lags: &lags,
-                means: &means,
-                runs: std::slice::from_ref(&blocks),
-                block: f64::INFINITY,
-                of: Taken::Itself,
-            }
-            .integral()
+            of_one_run(&lags, &means, &blocks, Taken::Itself).integral()
         };
         let (found, until) = of(6.0).unwrap();
         assert!(

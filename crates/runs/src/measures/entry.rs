@@ -181,16 +181,20 @@ impl Entry {
         }
     }
 
+    /// Whether the last sample of the run completed a block.
+    pub(super) fn completes_a_block(&self) -> bool {
+        let is_new =
+            self.head.seen > 0 && (self.head.seen - 1).is_multiple_of(self.head.every.max(1));
+        is_new && self.measure.is_whole()
+    }
+
     /// The figures of the measure, if the last sample of the run completed a block and there are at
     /// least `least` blocks. Their errors are the largest of those of the blocks, and of neighbours
     /// joined by two and by four.
     pub(super) fn figures_of_whole_blocks(&self, scene: &Scene, least: usize) -> Vec<Figure> {
-        let is_new =
-            self.head.seen > 0 && (self.head.seen - 1).is_multiple_of(self.head.every.max(1));
         // What is not settled yet may still be dropped.
         let is_kept = self.is_open() && self.head.judged_at.is_none();
-        let is_whole =
-            is_kept && is_new && self.measure.is_whole() && self.measure.blocks() >= least;
+        let is_whole = is_kept && self.completes_a_block() && self.measure.blocks() >= least;
         if !is_whole {
             return Vec::new();
         }
@@ -283,6 +287,7 @@ impl Entry {
                 .map(|figure| (figure.clone(), figure.quantity))
                 .collect(),
             coefficients,
+            of_curves: of_curves.clone(),
             drawings: results.drawings.clone(),
         });
         results.figures = of_curves.into_iter().chain(figures).collect();

@@ -90,7 +90,7 @@ impl System {
     fn new(view: &View<'_>) -> Self {
         let molecules = || {
             let free = view.bodies().filter(|body| body.body.is_free());
-            free.map(|body| body.body.molecule().clone())
+            free.map(|body| body.body.molecule())
         };
         let first = molecules().next();
         Self {

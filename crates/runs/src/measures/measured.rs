@@ -15,7 +15,7 @@ use super::{HardDiscs, haff::CoolingDiscs};
 use crate::{
     append_file::AppendFiles,
     checkpoint_file::{decode, encode},
-    curves::{Coefficient, error_of_sum, joined_at},
+    curves::{Coefficient, error_at_lag},
     finite::require_finite,
     output::Folder,
     record::{Drawing, MeasureRecord},
@@ -164,21 +164,12 @@ impl Context<'_> {
     /// Means at these lags (time). The errors of lags as long as a block are those of joined
     /// blocks: a block holds pairs whose first sample lies before it. Still longer lags have none.
     pub fn resolved(&self, means: &[BlockMean], lags: &[f64]) -> Vec<BlockMean> {
+        let runs = std::slice::from_ref(self.blocks);
         let of = |(mean, &lag): (&BlockMean, &f64)| BlockMean {
-            standard_error: self.error_at(mean, lag),
+            standard_error: error_at_lag(mean, lag, self.block, runs),
             ..*mean
         };
         means.iter().zip(lags).map(of).collect()
-    }
-
-    fn error_at(&self, mean: &BlockMean, lag: f64) -> Option<f64> {
-        if lag < self.block {
-            return mean.standard_error;
-        }
-        let joined = joined_at(lag, self.block);
-        (lag < joined as f64 * self.block)
-            .then(|| error_of_sum(std::slice::from_ref(self.blocks), joined, [(*mean, 1.0)]))
-            .flatten()
     }
 
     /// The means of one quantity of several, each of which has a mean at each of `all` lags, at the

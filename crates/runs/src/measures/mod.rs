@@ -254,6 +254,11 @@ impl Measures {
             .find(|figure| is_named(&figure.name, name) && figure.standard_error.is_some())
     }
 
+    /// Whether the last sample completed a block of a measure: errors change only then.
+    pub(crate) fn complete_a_block(&self) -> bool {
+        self.0.iter().any(Entry::completes_a_block)
+    }
+
     /// Whether all measures have enough blocks to judge errors.
     pub(crate) fn are_settled(&self) -> bool {
         self.0.iter().all(|entry| entry.is_settled(MIN_BLOCKS))

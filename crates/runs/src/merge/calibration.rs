@@ -38,17 +38,16 @@ fn of_measure(parts: &[MeasureRecord]) -> Vec<Calibration> {
         .figures
         .iter()
         .filter_map(|(figure, _)| of_figure(&figure.name));
-    let curves: Vec<Vec<Figure>> = parts.iter().map(MeasureRecord::figures_of_curves).collect();
     let of_curve = |figure: &Figure| {
         let name = without_numbers(&figure.name);
-        let found = |figures: &Vec<Figure>| -> Option<MeasuredMean> {
-            let mut figures = figures.iter();
+        let found = |part: &MeasureRecord| -> Option<MeasuredMean> {
+            let mut figures = part.of_curves.iter();
             let same = figures.find(|figure| without_numbers(&figure.name) == name)?;
             Some((same.value, same.standard_error))
         };
-        Calibration::new(&name, &[curves.iter().filter_map(found).collect()])
+        Calibration::new(&name, &[parts.iter().filter_map(found).collect()])
     };
-    let of_curves = curves.first().into_iter().flatten().filter_map(of_curve);
+    let of_curves = first.of_curves.iter().filter_map(of_curve);
     let tables = first
         .tables
         .iter()

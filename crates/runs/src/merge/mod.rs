@@ -26,7 +26,7 @@ use crate::{
     manifest::Manifest,
     measures::Results,
     output::{Destination, Folder, is_same_folder},
-    record::{Record, RunRecord},
+    record::{MeasureRecord, Record, RunRecord},
     report::{self, FolderState, RUNS, few_samples_in_words},
     units::units,
 };
@@ -201,11 +201,8 @@ const FIGURE_COLUMNS: [&str; 6] = [
 /// A row for each figure of each run: seed, replica, name, value, standard error and unit.
 fn figure_rows(record: &Record) -> Vec<(u64, u64, String, f64, Option<f64>, String)> {
     let of_run = |(replica, run): (&Replica, &RunRecord)| {
-        let of_measures = run.measures.iter().flat_map(|measure| {
-            let others = measure.figures.iter().map(|(figure, _)| figure.clone());
-            measure.figures_of_curves().into_iter().chain(others)
-        });
-        let figures = run.figures.iter().cloned().chain(of_measures);
+        let of_measures = run.measures.iter().flat_map(MeasureRecord::all_figures);
+        let figures = run.figures.iter().chain(of_measures).cloned();
         let (seed, number) = (replica.seed, replica.number);
         let row = |figure: Figure| {
             let Figure {

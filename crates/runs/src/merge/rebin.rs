@@ -114,6 +114,7 @@ fn rebinned(part: &MeasureRecord, targets: &[(&str, Vec<f64>)]) -> Option<Measur
         figures,
         // Measures of curves have no bins, so that their sums keep their numbers.
         coefficients: part.coefficients.clone(),
+        of_curves: part.of_curves.clone(),
         drawings: part.drawings.clone(),
     })
 }

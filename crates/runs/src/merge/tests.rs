@@ -8,9 +8,18 @@ use carom::Scene;
 use carom_methods::Method;
 use carom_tables::without_numbers;
 
+/// The record of a run of this scene.
+fn record_of(scene: &str) -> Record {
+    let scene = Scene::from_toml(scene).unwrap();
+    let outcome = in_memory(&scene, &Signals::watch().unwrap()).unwrap();
+    let read = checkpoint_round_trip(&outcome.record(&scene, &Method::default()));
+    assert_eq!(read.runs.len(), 1);
+    read
+}
+
 /// A short run of 40 discs.
 fn one(seed: u64) -> Record {
-    let scene = Scene::from_toml(&format!(
+    record_of(&format!(
         r#"
             [box]
             seed = {seed}
@@ -25,12 +34,7 @@ fn one(seed: u64) -> Record {
             measure_from = 0.2
             observe = ["pressure", "correlation", "pair-distribution", "temperature"]
         "#
-    ));
-    let scene = scene.unwrap();
-    let outcome = in_memory(&scene, &Signals::watch().unwrap()).unwrap();
-    let read = checkpoint_round_trip(&outcome.record(&scene, &Method::default()));
-    assert_eq!(read.runs.len(), 1);
-    read
+    ))
 }
 
 /// The record as another process reads it.
@@ -53,7 +57,7 @@ fn merged(parts: &[&Record]) -> Record {
 
 /// A run of 60 dumbbells that measures coefficients of curves.
 fn of_curves(seed: u64) -> Record {
-    let scene = Scene::from_toml(&format!(
+    record_of(&format!(
         r#"
             [box]
             seed = {seed}
@@ -71,10 +75,7 @@ fn of_curves(seed: u64) -> Record {
             measure_from = 0.4
             observe = ["correlation:gas", "orientation:gas", "viscosity"]
         "#
-    ));
-    let scene = scene.unwrap();
-    let outcome = in_memory(&scene, &Signals::watch().unwrap()).unwrap();
-    checkpoint_round_trip(&outcome.record(&scene, &Method::default()))
+    ))
 }
 
 /// The lags at which a coefficient is read depend on the data. That of several runs is read from

@@ -69,7 +69,8 @@ pub fn few_samples_in_words(figures: &[Figure]) -> Option<String> {
         let found = figure
             .stationarity
             .filter(|_| figure.standard_error != Some(0.0));
-        found.is_some_and(|found| found.independent_blocks < MIN_INDEPENDENT)
+        // Of a mean that changes the change is said, which is more.
+        found.is_some_and(|found| found.is_stationary && found.independent_blocks < MIN_INDEPENDENT)
     };
     let names: Vec<&str> = figures
         .iter()

@@ -7,7 +7,7 @@ use carom::{
     Scene, View,
     engine::{StopSpec, did_you_mean},
 };
-use carom_tables::{Figure, is_named};
+use carom_tables::{Figure, is_named, without_numbers};
 
 use crate::measures::Measures;
 
@@ -99,7 +99,10 @@ pub(crate) fn is_met(scene: &Scene, view: &View<'_>, measures: &Measures) -> Res
     if let Some(figure) = measures.figure_of_whole_blocks(name, scene) {
         return Ok(is_precise(stop, &figure));
     }
-    if measures.are_settled() {
+    // A curve has a figure only where the data resolve it, and its name has been checked at the
+    // start.
+    let is_of_curve = without_numbers(name).contains('…');
+    if !is_of_curve && measures.complete_a_block() && measures.are_settled() {
         let figures = measures.figures_with_errors(scene);
         if !figures.iter().any(|figure| is_named(figure, name)) {
             bail!(
@@ -131,12 +134,36 @@ fn is_precise(stop: &StopSpec, figure: &Figure) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::{interruption::Signals, run::outcome::in_memory};
+    use carom_methods::Method;
 
     fn refused(stop: &str) -> String {
         let scene = Scene::from_toml(&format!("[run.stop]\n{stop}")).unwrap();
         check(scene.run.stop.as_ref().unwrap())
             .unwrap_err()
             .to_string()
+    }
+
+    /// The first blocks are too short for a plateau, so that the figure does not exist yet.
+    #[test]
+    fn a_run_waits_for_the_figure_of_a_curve() {
+        let scene = Scene::from_toml(
+            "[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\ntemperature = 1.0\ncount = 200\n[run]\n\
+             until = 200.0\nsample_interval = 0.02\nobserve = [\"correlation:gas\"]\n[run.stop]\n\
+             figure = \"diffusion coefficient at long lags, … to …, gas\"\nrelative_error = 0.2\n",
+        )
+        .unwrap();
+        let signals = Signals::watch().unwrap();
+        let outcome = in_memory(&scene, &signals).unwrap();
+        let figures = &outcome.results.figures;
+        let name = scene.run.stop.as_ref().unwrap().figure.as_ref().unwrap();
+        let found = figures
+            .iter()
+            .find(|figure| is_named(&figure.name, name))
+            .unwrap();
+        assert!(found.standard_error.unwrap() <= 0.2 * found.value);
+        let summary = outcome.summary(String::new(), &Method::default());
+        assert!(summary.totals.simulated_time < 100.0);
     }
 
     #[test]
