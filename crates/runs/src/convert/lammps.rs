@@ -8,10 +8,12 @@ use super::frames::TrajectoryFrame;
 ///
 /// Columns: number of the atom in the frame, number of its molecule, type (the kind, from 1), x y
 /// z, ix iy iz, vx vy vz, radius, mass, orientation of the molecule (radians), its angular
-/// velocity, the time of the frame, named as LAMMPS names a column of a variable, and, if kinds
-/// have names, that of its kind. Every digit is kept. Molecules are whole: an atom may lie outside
-/// the box. The image numbers ix iy are the boxes that its molecule has crossed: x + ix · lx has no
-/// jumps.
+/// velocity, and the time of the frame, named as LAMMPS names a column of a variable. Every digit
+/// is kept. Molecules are whole: an atom may lie outside the box. The image numbers ix iy are the
+/// boxes that its molecule has crossed: x + ix · lx has no jumps.
+///
+/// There is no column of names (`typelabel`): ASE and OVITO take each column for numbers. The
+/// names of the kinds stand in the data file of LAMMPS and in GSD.
 ///
 /// The head of a frame has the nine lines that all readers know. MDAnalysis counts them, so that
 /// the optional section `ITEM: TIME` of LAMMPS would shift its frames.
@@ -21,21 +23,15 @@ pub(super) fn write(frame: &TrajectoryFrame, step: u64, out: &mut impl Write) ->
     writeln!(out, "ITEM: TIMESTEP\n{step}")?;
     writeln!(out, "ITEM: NUMBER OF ATOMS\n{}", frame.atoms.len())?;
     writeln!(out, "{}", box_bounds([x, y], frame.tilt, half))?;
-    let last = if frame.kinds.is_empty() {
-        ""
-    } else {
-        " typelabel"
-    };
     writeln!(
         out,
-        "ITEM: ATOMS id mol type x y z ix iy iz vx vy vz radius mass angle omegaz v_time{last}"
+        "ITEM: ATOMS id mol type x y z ix iy iz vx vy vz radius mass angle omegaz v_time"
     )?;
     for (index, atom) in frame.atoms.iter().enumerate() {
         let ([x, y], [ix, iy], [vx, vy]) = (atom.position, atom.image, atom.velocity);
-        let label = type_label(frame, atom.kind);
         writeln!(
             out,
-            "{} {} {} {x:?} {y:?} 0.0 {ix} {iy} 0 {vx:?} {vy:?} 0.0 {:?} {:?} {:?} {:?} {:?}{label}",
+            "{} {} {} {x:?} {y:?} 0.0 {ix} {iy} 0 {vx:?} {vy:?} 0.0 {:?} {:?} {:?} {:?} {:?}",
             index + 1,
             atom.molecule,
             u64::from(atom.kind) + 1,
@@ -47,15 +43,6 @@ pub(super) fn write(frame: &TrajectoryFrame, step: u64, out: &mut impl Write) ->
         )?;
     }
     Ok(())
-}
-
-/// The name of a kind with a blank before it; nothing if no kind has a name.
-fn type_label(frame: &TrajectoryFrame, kind: u32) -> String {
-    match frame.kinds.get(kind as usize) {
-        Some(name) => format!(" {name}"),
-        None if frame.kinds.is_empty() => String::new(),
-        None => format!(" type-{}", u64::from(kind) + 1),
-    }
 }
 
 /// The lines of a box with these sides, tilt and half its thickness (length). Of a tilted one

@@ -248,15 +248,15 @@ fn a_dump_keeps_every_digit() {
     );
     assert_eq!(
         lines[7],
-        "ITEM: ATOMS id mol type x y z ix iy iz vx vy vz radius mass angle omegaz v_time typelabel"
+        "ITEM: ATOMS id mol type x y z ix iy iz vx vy vz radius mass angle omegaz v_time"
     );
     assert_eq!(
         lines[8],
-        "1 7 1 0.1 0.3333333333333333 0.0 -3 1 0 0.1 -0.2 0.0 0.1 1.5 1.5707963267948966 0.5 0.1 rod"
+        "1 7 1 0.1 0.3333333333333333 0.0 -3 1 0 0.1 -0.2 0.0 0.1 1.5 1.5707963267948966 0.5 0.1"
     );
     assert_eq!(
         lines[10],
-        "3 9 2 0.5 -0.125 0.0 0 0 0 0.0 0.0 0.0 0.05 1.0 0.0 0.0 0.1 wall+hot"
+        "3 9 2 0.5 -0.125 0.0 0 0 0 0.0 0.0 0.0 0.05 1.0 0.0 0.0 0.1"
     );
     assert_eq!((frames.len(), lines.len()), (2, 11));
 }
