@@ -1,5 +1,7 @@
 //! Exact event-driven simulation of two-dimensional gases of rigid molecules.
 //!
+//! Stable: its public items follow the policy of versions in the book (*Versions and releases*).
+//!
 //! ```
 //! use carom::{DirectionHistogram, Observer, Scene, Simulation};
 //!

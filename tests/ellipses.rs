@@ -250,3 +250,40 @@ fn a_detector_that_does_not_search_ellipses_is_refused() {
     let options = Instructions::default();
     Simulation::<_, _, CellScheduler>::with(&scene, Exact::default(), Impact, options).unwrap();
 }
+
+#[test]
+fn no_ellipse_is_placed_in_a_solid_square() {
+    for (gas, placement) in [
+        ("fixed = true", "lattice"),
+        ("mass = 1.0\ntemperature = 1.0", "lattice"),
+        ("mass = 1.0\ntemperature = 1.0", "grown"),
+    ] {
+        let text = format!(
+            r#"
+            [start]
+            placement = "{placement}"
+            [[molecule]]
+            shape = "square"
+            size = 0.6
+            mass = 1.0
+            fixed = true
+            at = [0.5, 0.5]
+            [[gas]]
+            tags = ["ellipse"]
+            shape = "ellipse:2"
+            size = 0.02
+            count = 300
+            {gas}
+            "#
+        );
+        let simulation = Simulation::new(&Scene::from_toml(&text).unwrap()).unwrap();
+        let view = simulation.view();
+        assert_eq!(view.overlaps().pairs, 0, "{gas}, {placement}");
+        let ellipses = view
+            .bodies()
+            .filter(|body| body.body.molecule().edges().is_empty());
+        let from_middle = ellipses.map(|body| (body.motion.position - 0.5).abs().max_element());
+        let nearest = from_middle.fold(f64::INFINITY, f64::min);
+        assert!(nearest > 0.3, "{gas}, {placement}: {nearest}");
+    }
+}

@@ -26,7 +26,8 @@ fn the_rotation_of_a_fixed_body_cannot_be_changed() {
     );
     assert_eq!(
         refused.to_string(),
-        "body 2 is fixed: neither its motion, its energy nor its rotation can be changed"
+        "body 2 is fixed: neither its motion, its energy nor its rotation can be changed; give the \
+         bodies that move a tag of their own"
     );
 }
 

@@ -1,5 +1,8 @@
 //! The command `carom`: runs scenes of rigid molecules, validates scene files, and finds first
 //! contacts.
+//!
+//! Internal: a part of the program `carom`. Its public items serve the other crates of it, and
+//! change without notice.
 
 mod completions;
 

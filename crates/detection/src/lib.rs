@@ -1,5 +1,7 @@
 //! Computes the time of the first contact (time of impact) of two rigid bodies in free flight.
 //!
+//! Stable: its public items follow the policy of versions in the book (*Versions and releases*).
+//!
 //! ```
 //! use carom_detection::{Detection, Exact, Outcome};
 //! use carom_geometry::Molecule;

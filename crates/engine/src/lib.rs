@@ -1,6 +1,8 @@
 //! Event-driven simulation of rigid molecules: the event loop, and the only code that changes the
 //! state.
 //!
+//! Stable: its public items follow the policy of versions in the book (*Versions and releases*).
+//!
 //! Life of one event:
 //!
 //! ```text

@@ -229,7 +229,7 @@ impl fmt::Display for TileUse {
             Self::Shear => "the box is sheared",
             Self::Tethers => "bodies are tethered to each other",
             Self::Pistons => "a piston moves",
-            Self::PairRules => "rules for pairs of tags",
+            Self::PairRules => "rules for pairs of tags, or wells",
             Self::Dilute => "a dilute gas",
             Self::Detector => "a detector without the closed form",
             Self::Scheduler => "a scheduler without tiles, or a box of few cells",

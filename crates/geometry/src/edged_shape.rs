@@ -162,6 +162,7 @@ impl FromStr for EdgedShape {
                 let (ahead, behind) = both.split_once(',').ok_or_else(unknown)?;
                 Self::Kite(number(ahead)?, number(behind)?)
             }
+            ("superellipse", _) => return Err(GeometryError::Superellipse(text.to_owned())),
             _ => return Err(unknown()),
         };
         shape.check()
@@ -204,6 +205,10 @@ mod tests {
             "ellipse:20000",
         ] {
             assert!(bad.parse::<EdgedShape>().is_err(), "{bad}");
+        }
+        for name in ["superellipse", "superellipse:4", "superellipse:2.5,0.5"] {
+            let refused = name.parse::<EdgedShape>().unwrap_err();
+            assert_eq!(refused, GeometryError::Superellipse(name.to_owned()));
         }
     }
 

@@ -89,6 +89,14 @@ pub enum GeometryError {
          triangle, polygon:N, kite:A,B or ellipse:K"
     )]
     UnknownShape(String),
+    /// A superellipse, whose contacts are not certified.
+    #[error(
+        "'{0}' is not available: on its axes the radius of curvature of a superellipse is \
+         infinite (exponents above 2) or 0 (below 2), and the bounds on the derivatives of the \
+         support function that certify contacts fail there; use ellipse:K, or `polygon` with \
+         corners on the superellipse"
+    )]
+    Superellipse(String),
     /// A rod or ring with an invalid number of atoms.
     #[error("a {shape} must have {least} to 4096 atoms, but has {count}")]
     AtomCount {

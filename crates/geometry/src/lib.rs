@@ -1,6 +1,8 @@
 //! Shapes in the plane: rigid unions of discs and straight edges, their bounding circles and
 //! excluded regions, straight walls, and the periodic box.
 //!
+//! Stable: its public items follow the policy of versions in the book (*Versions and releases*).
+//!
 //! ```
 //! use carom_geometry::{Molecule, Shape};
 //!

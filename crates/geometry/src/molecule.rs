@@ -985,6 +985,70 @@ mod tests {
         })
     }
 
+    /// Corners of a convex polygon, counter-clockwise, anywhere.
+    fn convex_corners() -> impl Strategy<Value = Vec<DVec2>> {
+        let angles = prop::collection::vec(0.2..1.0f64, 3..12);
+        let numbers = (0.3..2.0f64, 0.3..2.0f64, -3.0..3.0f64, -3.0..3.0f64);
+        (angles, numbers).prop_map(|(angles, (a, b, x, y))| {
+            let all: f64 = angles.iter().sum();
+            let mut angle = 0.0;
+            let corner = |step: &f64| {
+                angle += TAU * step / all;
+                DVec2::new(x, y) + DVec2::from_angle(angle) * DVec2::new(a, b)
+            };
+            angles.iter().map(corner).collect()
+        })
+    }
+
+    /// Radius of corners that parry takes for sharp (length).
+    const SHARP: f64 = 1e-9;
+
+    /// Corners by which an arc about a corner is replaced.
+    const CORNERS_OF_ARC: u32 = 1000;
+
+    /// The outline of all points within `radius` of a convex polygon, or of the line between two
+    /// corners.
+    fn rounded(corners: &[DVec2], radius: f64) -> Vec<DVec2> {
+        let count = corners.len();
+        let arc = |index: usize| {
+            let corner = corners[index];
+            let before = corner - corners[(index + count - 1) % count];
+            let after = corners[(index + 1) % count] - corner;
+            let turn = before
+                .perp_dot(after)
+                .atan2(before.dot(after))
+                .rem_euclid(TAU);
+            let outwards = -before.normalize().perp();
+            (0..=CORNERS_OF_ARC).map(move |step| {
+                let angle = turn * f64::from(step) / f64::from(CORNERS_OF_ARC);
+                corner + radius * DVec2::from_angle(angle).rotate(outwards)
+            })
+        };
+        (0..count).flat_map(arc).collect()
+    }
+
+    /// Area, centre and moment of inertia of a uniform molecule are those of parry for a density of
+    /// 1, to this share. `first` is where its first atom was given.
+    fn agree(
+        molecule: &Molecule,
+        first: DVec2,
+        parry: MassProperties,
+        share: f64,
+    ) -> Result<(), TestCaseError> {
+        let area = molecule.area() / parry.mass() - 1.0;
+        prop_assert!(area.abs() < share, "area off by {area:e}");
+        let centre = first - molecule.atoms()[0].offset() - parry.local_com;
+        let size = molecule.bounding_radius();
+        prop_assert!(centre.length() < share * size, "centre off by {centre}");
+        let found = molecule.moment_of_inertia() / molecule.mass();
+        let inertia = found / (parry.principal_inertia() / parry.mass()) - 1.0;
+        prop_assert!(
+            inertia.abs() < share,
+            "moment of inertia off by {inertia:e}"
+        );
+        Ok(())
+    }
+
     proptest! {
         #[test]
         fn mass_centre_and_inertia_agree_with_parry(atoms in molecules()) {
@@ -1002,6 +1066,75 @@ mod tests {
             prop_assert!((molecule.moment_of_inertia() - inertia).abs() < 1e-10 * inertia);
             let centre = atoms[0].offset() - molecule.atoms()[0].offset();
             prop_assert!((centre - oracle.local_com).length() < 1e-12);
+        }
+
+        #[test]
+        fn convex_polygons_agree_with_parry(corners in convex_corners(), radius in 0.01..1.0f64) {
+            let of_polygon = |corners: &[DVec2]| MassProperties::from_convex_polygon(1.0, corners);
+            let sharp = Molecule::polygon(&corners, SHARP, 3.0).unwrap();
+            agree(&sharp, corners[0], of_polygon(&corners), 1e-6)?;
+            let round = Molecule::polygon(&corners, radius, 3.0).unwrap();
+            agree(&round, corners[0], of_polygon(&rounded(&corners, radius)), 1e-5)?;
+        }
+
+        #[test]
+        fn concave_polygons_agree_with_parry(
+            radii in prop::collection::vec(0.2..1.0f64, 4..16),
+            x in -3.0..3.0f64, y in -3.0..3.0f64,
+            sides in prop::array::uniform2(0.5..3.0f64), share in 0.05..0.45f64,
+        ) {
+            let sum = |pieces: &[Vec<DVec2>]| -> MassProperties {
+                let of = |piece: &Vec<DVec2>| MassProperties::from_convex_polygon(1.0, piece);
+                pieces.iter().map(of).sum()
+            };
+            // A star, cut into triangles about its middle.
+            let (middle, count) = (DVec2::new(x, y), radii.len());
+            let step = TAU / count as f64;
+            let corner = |index: usize| {
+                middle + radii[index % count] * DVec2::from_angle(step * index as f64)
+            };
+            let corners: Vec<DVec2> = (0..count).map(corner).collect();
+            let triangle = |index| vec![middle, corner(index), corner(index + 1)];
+            let triangles: Vec<_> = (0..count).map(triangle).collect();
+            let star = Molecule::polygon(&corners, SHARP, 3.0).unwrap();
+            agree(&star, corners[0], sum(&triangles), 1e-6)?;
+            // A U, cut into three rectangles.
+            let [w, h] = sides;
+            let t = share * w.min(h);
+            let at = |list: &[(f64, f64)]| -> Vec<DVec2> {
+                list.iter().map(|&place| middle + DVec2::from(place)).collect()
+            };
+            let corners = at(&[
+                (0.0, 0.0), (w, 0.0), (w, h), (w - t, h), (w - t, t), (t, t), (t, h), (0.0, h),
+            ]);
+            let rectangles = [
+                at(&[(0.0, 0.0), (w, 0.0), (w, t), (0.0, t)]),
+                at(&[(0.0, t), (t, t), (t, h), (0.0, h)]),
+                at(&[(w - t, t), (w, t), (w, h), (w - t, h)]),
+            ];
+            let u = Molecule::polygon(&corners, SHARP, 3.0).unwrap();
+            agree(&u, corners[0], sum(&rectangles), 1e-6)?;
+        }
+
+        /// For a capsule in the plane, parry 0.31 takes the centroid of half a ball, 3/8 of its
+        /// radius, for that of half a disc, 4/3π of it: its moment of inertia is that of an outline
+        /// of many corners here.
+        #[test]
+        fn capsules_agree_with_parry(
+            from in prop::array::uniform2(-2.0..2.0f64), angle in -3.2..3.2f64,
+            length in 0.01..4.0f64, radius in 0.01..2.0f64,
+        ) {
+            let from = DVec2::from(from);
+            let ends = [from, from + length * DVec2::from_angle(angle)];
+            let atoms = ends.map(|end| Atom::new(end, radius, 1.0).unwrap());
+            let edge = [([0, 1], radius)];
+            let capsule = Molecule::uniform(atoms, &edge, Interior::Solid, 3.0).unwrap();
+            let outline = MassProperties::from_convex_polygon(1.0, &rounded(&ends, radius));
+            agree(&capsule, from, outline, 1e-5)?;
+            let whole = MassProperties::from_capsule(1.0, ends[0], ends[1], radius);
+            prop_assert!((capsule.area() / whole.mass() - 1.0).abs() < 1e-12);
+            let centre = from - capsule.atoms()[0].offset();
+            prop_assert!((centre - whole.local_com).length() < 1e-12 * (1.0 + length + radius));
         }
 
         #[test]

@@ -1,6 +1,8 @@
 //! Free flight: the position and orientation of a rigid body at time t, with constant velocity and
 //! angular velocity.
 //!
+//! Stable: its public items follow the policy of versions in the book (*Versions and releases*).
+//!
 //! ```
 //! use carom_kinematics::{Motion, Orientation};
 //! use glam::DVec2;

@@ -13,7 +13,7 @@ use carom::Scene;
 use carom_runs::{interruption::Signals, run::interactive::Saved};
 
 use crate::{
-    laboratory::{Laboratory, Message},
+    laboratory::{Laboratory, Message, OpenRun},
     saved_runs::SavedRuns,
     viewers::Viewers,
 };
@@ -60,8 +60,9 @@ impl EngineThread {
             if opened.is_ok() {
                 thread.serve(messages);
             }
-            let (run, saved_runs) = thread.laboratory.run_and_store();
-            let saved = saved_runs.end(run.map(|(run, _)| run))?;
+            let (open, saved_runs) = thread.laboratory.run_and_store();
+            let measured = open.map(OpenRun::measured).unwrap_or_default();
+            let saved = saved_runs.end(open.map(OpenRun::run), &measured)?;
             // A scene whose bodies were being placed when a signal came is no invalid one.
             if thread.signals.check().is_ok() {
                 opened.map(|()| LaboratoryEnd { saved })
@@ -79,8 +80,8 @@ impl EngineThread {
         let served = catch_unwind(AssertUnwindSafe(|| serve(self)));
         served.unwrap_or_else(|_| {
             let rescued = catch_unwind(AssertUnwindSafe(|| {
-                let (run, saved_runs) = self.laboratory.run_and_store();
-                run.map(|(run, _)| saved_runs.rescue(run))
+                let (open, saved_runs) = self.laboratory.run_and_store();
+                open.map(|open| saved_runs.rescue(open.run()))
             }));
             Err(rescued.ok().flatten().unwrap_or_else(panicked))
         })
@@ -104,8 +105,8 @@ impl EngineThread {
                 Err(RecvTimeoutError::Disconnected) => break,
             }
             self.laboratory.report();
-            if let (Some((run, state)), saved_runs) = self.laboratory.run_and_store() {
-                saved_runs.save_if_due(run, state);
+            if let (Some(open), saved_runs) = self.laboratory.run_and_store() {
+                saved_runs.save_if_due(open.run(), open.state(), || open.measured());
             }
             if self.signals.check().is_err() {
                 break;

@@ -9,6 +9,8 @@ use carom::{
     engine::{Body, StageSpec},
 };
 use carom_methods::Method;
+#[cfg(feature = "server")]
+use carom_runs::run::interactive::NamedFile;
 use carom_runs::{
     clock::{Instant, ThreadTime},
     interruption::Signals,
@@ -25,6 +27,7 @@ use crate::{
     frame::{self, FrameLabel},
     gallery,
     heating::Heating,
+    measured_files::measured_files,
     pace::{FRAME, Pace},
     protocol::{
         LiveAnswer, LiveCommand, LiveEdit, LiveRequest, MAX_CONTACTS, MAX_EDITS, MeasureRequest,
@@ -379,6 +382,29 @@ impl Bench {
     }
 }
 
+/// The run of an open scene, as it is saved.
+#[cfg(feature = "server")]
+#[derive(Clone, Copy)]
+pub struct OpenRun<'a>(&'a Bench);
+
+#[cfg(feature = "server")]
+impl<'a> OpenRun<'a> {
+    /// The run.
+    pub fn run(self) -> &'a InteractiveRun {
+        &self.0.run
+    }
+
+    /// What distinguishes its state.
+    pub fn state(self) -> RunState {
+        self.0.state()
+    }
+
+    /// Files of what was measured so far; none if they cannot be made.
+    pub fn measured(self) -> Vec<NamedFile> {
+        measured_files(&self.0.watching.measures, &self.0.run).unwrap_or_default()
+    }
+}
+
 /// The method of a scene in words, if it is not exact.
 fn method(scene: &Scene) -> Option<String> {
     let method = Method::try_from(&scene.method).ok()?;
@@ -463,11 +489,10 @@ impl<S: RunStore> Laboratory<S> {
         self.publish();
     }
 
-    /// The run, if a scene is open, with what distinguishes its state, and where it is saved.
+    /// The run, if a scene is open, and where it is saved.
     #[cfg(feature = "server")]
-    pub fn run_and_store(&mut self) -> (Option<(&InteractiveRun, RunState)>, &mut S) {
-        let run = self.bench.as_ref().map(|bench| (&bench.run, bench.state()));
-        (run, &mut self.store)
+    pub fn run_and_store(&mut self) -> (Option<OpenRun<'_>>, &mut S) {
+        (self.bench.as_ref().map(OpenRun), &mut self.store)
     }
 
     /// Time until there is something to do besides commands.
@@ -548,11 +573,20 @@ impl<S: RunStore> Laboratory<S> {
             LiveCommand::Back(_) => self.bench()?.go_back(),
             LiveCommand::Measure(request) => self.measure(&request),
             LiveCommand::EndMeasure(id) => self.end_measure(id),
-            LiveCommand::Save(_) => {
-                let bench = self.bench.as_ref().context("no scene is open")?;
-                self.store.save(&bench.run)
-            }
+            LiveCommand::Save(_) => self.save(),
         }
+    }
+
+    /// Saves the run with what was measured so far.
+    fn save(&mut self) -> Result<Value> {
+        let bench = self.bench.as_ref().context("no scene is open")?;
+        let measures = &bench.watching.measures;
+        let measured = measured_files(measures, &bench.run)?;
+        let mut saved = self.store.save(&bench.run, &measured)?;
+        // The saved run has the end of the epoch.
+        saved["shown"] = bench.now().into();
+        saved["measures"] = measures.len().into();
+        Ok(saved)
     }
 
     /// Opens the scene of a text and runs it.
@@ -639,16 +673,18 @@ impl<S: RunStore> Laboratory<S> {
             .of
             .as_ref()
             .map_or_else(|| spec.kind.clone(), |of| format!("{}:{of}", spec.kind));
+        let begun = bench.now();
         bench.watching.measures.push(MeasuredNow {
             id,
             name: name.clone(),
             spec: spec.clone(),
+            begun,
             tracked,
         });
         bench.keep_measures();
         self.measures_so_far = id;
         self.next_measures = Instant::now();
-        Ok(json!({ "id": id, "name": name, "interval": interval }))
+        Ok(json!({ "id": id, "name": name, "interval": interval, "begun": begun }))
     }
 
     /// Sends what is due to all pages.

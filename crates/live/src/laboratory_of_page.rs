@@ -6,7 +6,7 @@ use anyhow::Result;
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 use carom_runs::{
     interruption::Signals,
-    run::interactive::{InteractiveRun, Saved},
+    run::interactive::{InteractiveRun, MEASURED, NamedFile},
 };
 use serde_json::{Value, json};
 
@@ -26,21 +26,23 @@ const FOLDER: &str = "run";
 struct Downloads;
 
 impl RunStore for Downloads {
-    fn save(&mut self, run: &InteractiveRun) -> Result<Value> {
+    fn save(&mut self, run: &InteractiveRun, measured: &[NamedFile]) -> Result<Value> {
         let (saved, files) = run.files(Path::new(FOLDER))?;
+        let inner = format!("{FOLDER}/{MEASURED}");
+        let measured_files = measured
+            .iter()
+            .map(|(name, content)| (format!("{inner}/{name}"), content.clone()));
         let files: Vec<_> = files
             .into_iter()
             .map(|(name, content)| (format!("{FOLDER}/{name}"), content))
+            .chain(measured_files)
             .collect();
-        let Saved {
-            time,
-            command,
-            left_out,
-        } = saved;
         Ok(json!({
-            "time": time,
-            "command": command,
-            "left_out": left_out,
+            "time": saved.time,
+            "command": saved.command,
+            "measures_from": saved.measures_from,
+            "left_out": saved.left_out,
+            "measured": (!measured.is_empty()).then_some(inner),
             "archive": STANDARD.encode(archive(&files)),
         }))
     }

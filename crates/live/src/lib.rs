@@ -1,5 +1,8 @@
 //! `carom live`: a page in the browser on which a simulation runs, to watch, measure and edit it.
 //!
+//! Internal: a part of the program `carom`. Its public items serve the other crates of it, and
+//! change without notice.
+//!
 //! One [`laboratory`](self) owns the simulation. The page sends it commands and receives frames.
 //! Two engines drive it:
 //! - With the feature `server`, a thread of a program: a server passes the messages of the pages.
@@ -21,6 +24,7 @@ mod gallery;
 mod heating;
 mod laboratory;
 mod laboratory_of_page;
+mod measured_files;
 mod pace;
 mod page;
 mod protocol;

@@ -8,10 +8,10 @@ use carom::{
 };
 use carom_runs::{
     clock::{Instant, ThreadTime},
-    measures::Tracked,
+    measures::{Results, Tracked},
     run::interactive::InteractiveRun,
 };
-use carom_tables::{Figure, Role, Table};
+use carom_tables::{Figure, Guide, Role, Table, named};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -132,7 +132,8 @@ impl StateWatch {
         (self.collisions, self.seconds) = (collisions, 0.0);
         json!({
             "time": view.time().to_f64(),
-            "bodies": view.len(),
+            "time_scale": totals.time_scale(&view, run.scene().run.sample_interval),
+            "bodies": totals.bodies,
             "collisions": collisions,
             "rate": self.rate,
             "processor": self.clock.elapsed().as_secs_f64(),
@@ -154,6 +155,10 @@ impl StateWatch {
 
 /// Sums over all bodies.
 struct Totals {
+    /// Number of bodies; walls do not count, pistons do.
+    bodies: usize,
+    /// Number of those that move.
+    moving: usize,
     energy: f64,
     /// The time in which a moving body of mean speed crosses the shorter side of the box; `None` if
     /// nothing moves.
@@ -166,8 +171,11 @@ impl Totals {
     fn new(view: &View<'_>) -> Self {
         let names = view.tag_names();
         let mut tags: BTreeMap<Tag, OfTag> = BTreeMap::new();
-        let (mut energy, mut speed, mut moving) = (0.0, 0.0, 0_usize);
+        let (mut energy, mut speed) = (0.0, 0.0);
+        let (mut bodies, mut moving) = (0_usize, 0_usize);
         for body in view.bodies() {
+            let is_wall = body.body.is_wall() && body.body.is_fixed();
+            bodies += usize::from(!is_wall);
             let is_moving = body.body.is_free();
             let own = body.energy();
             if is_moving {
@@ -200,9 +208,23 @@ impl Totals {
         let crossing = view.bounds().sides().min_element() * moving as f64 / speed;
         let crossing = Some(crossing).filter(|time| time.is_finite());
         Self {
+            bodies,
+            moving,
             energy,
             crossing,
             tags: tags.into_values().collect(),
+        }
+    }
+
+    /// The shorter of the sample interval and the mean free time (time): times are shown to its
+    /// digits. The mean free time is known from one collision of each body on.
+    fn time_scale(&self, view: &View<'_>, sample_interval: f64) -> f64 {
+        let collisions = view.counters().collisions_of_moving() as f64 / self.moving.max(1) as f64;
+        let free_time = view.time().to_f64() / collisions;
+        if collisions >= 1.0 && free_time > 0.0 {
+            free_time.min(sample_interval)
+        } else {
+            sample_interval
         }
     }
 }
@@ -215,35 +237,53 @@ pub struct MeasuredNow {
     pub name: String,
     /// What was asked for.
     pub spec: MeasureSpec,
+    /// The time of its first sample.
+    pub begun: f64,
     /// The measure.
     pub tracked: Tracked,
 }
 
-/// The results of the measures so far. `rules` has the elasticity in force.
-pub fn results(measures: &[MeasuredNow], run: &InteractiveRun) -> Value {
-    let rules = Scene {
-        elasticity: run.elasticity().clone(),
-        ..run.scene().clone()
-    };
-    let view = &run.view();
-    let of = |MeasuredNow {
-                  id, name, tracked, ..
-              }: &MeasuredNow| {
-        let edited = "the system has been edited since the measure began";
-        let disturbed = if tracked.is_disturbed {
-            Some(edited)
+impl MeasuredNow {
+    /// Why no prediction of equilibrium holds, if there is a reason.
+    fn disturbed(&self, run: &InteractiveRun) -> Option<&'static str> {
+        if self.tracked.is_disturbed {
+            Some("the system has been edited since the measure began")
         } else {
             (!run.thermostats().is_empty()).then_some("thermostats act")
-        };
-        let record = tracked.measure.record(&rules, view, disturbed);
-        let results = carom_runs::merge::merged(&record);
+        }
+    }
+
+    /// Its results so far. `rules` has the elasticity in force, see [`rules_in_force`].
+    pub fn results(&self, rules: &Scene, run: &InteractiveRun) -> Results {
+        let measure = &self.tracked.measure;
+        let record = measure.record(rules, &run.view(), self.disturbed(run));
+        carom_runs::merge::merged(&record)
+    }
+}
+
+/// The scene of a run with the elasticity in force.
+pub fn rules_in_force(run: &InteractiveRun) -> Scene {
+    Scene {
+        elasticity: run.elasticity().clone(),
+        ..run.scene().clone()
+    }
+}
+
+/// The results of the measures so far.
+pub fn results(measures: &[MeasuredNow], run: &InteractiveRun) -> Value {
+    let rules = rules_in_force(run);
+    let time = run.view().time().to_f64();
+    let of = |measured: &MeasuredNow| {
+        let results = measured.results(&rules, run);
         json!({
-            "id": id,
-            "name": name,
-            "time": view.time().to_f64(),
-            "samples": tracked.samples(),
-            "disturbed": disturbed,
-            "ended": !tracked.is_active,
+            "id": measured.id,
+            "name": measured.name,
+            "begun": measured.begun,
+            "interval": measured.tracked.measure.interval(),
+            "time": time,
+            "samples": measured.tracked.samples(),
+            "disturbed": measured.disturbed(run),
+            "ended": !measured.tracked.is_active,
             "figures": results.figures.iter().map(figure).collect::<Vec<_>>(),
             "tables": results.tables.iter().map(table).collect::<Vec<_>>(),
         })
@@ -263,7 +303,8 @@ fn figure(figure: &Figure) -> Value {
     })
 }
 
-/// A table with each curve's errors and prediction beside it, or with its maps.
+/// A table as the page of a run [draws](Table::as_drawn) it: with each curve's scale, errors,
+/// prediction and guides beside it, or with its maps.
 fn table(table: &Table) -> Value {
     if table.grid().is_some() {
         // A map that cannot be drawn is left out.
@@ -271,6 +312,7 @@ fn table(table: &Table) -> Value {
         let curves: [Value; 0] = [];
         return json!({ "name": table.name, "title": table.title, "caption": table.caption, "maps": maps, "curves": curves });
     }
+    let table = &table.as_drawn();
     let rows = table
         .columns
         .iter()
@@ -288,11 +330,14 @@ fn table(table: &Table) -> Value {
         let values = thin(&column.values);
         match &column.role {
             Role::Abscissa => {
-                abscissa = json!({ "name": column.label, "unit": column.unit, "values": values });
+                let label = named(&column.label.replace('_', " "), &column.unit);
+                abscissa = json!({ "label": label, "values": values });
             }
             role if role.is_curve() => curves.push(json!({
                 "name": column.label,
                 "unit": column.unit,
+                "logarithmic": table.decades.contains(&column.name),
+                "guides": guides(table, &column.name),
                 "values": values,
                 "levels": table.levels.iter().filter(|level| level.column == column.name)
                     .map(|level| json!({ "name": level.label, "value": level.value, "source": level.source }))
@@ -321,6 +366,21 @@ fn table(table: &Table) -> Value {
     })
 }
 
+/// The powers of the abscissa that are drawn beside a column.
+fn guides(table: &Table, column: &str) -> Vec<Value> {
+    let guides = table.guides.iter().filter(|guide| guide.column == column);
+    let of = |guide: &Guide| {
+        let Guide {
+            label,
+            power,
+            from_end,
+            ..
+        } = guide;
+        json!({ "label": label, "power": power, "from_end": from_end })
+    };
+    guides.map(of).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -328,6 +388,69 @@ mod tests {
         EpochTime,
         engine::{ElasticitySpec, HeatSpec, StageSpec, ThermostatKind},
     };
+    use carom_runs::measures::SingleMeasure;
+
+    #[test]
+    fn walls_do_not_count_and_the_scale_of_times_is_the_mean_free_time() {
+        let scene = "[[wall]]\nx = 0.0\n[[wall]]\ny = 0.0\n\
+             [[bumper]]\nradius = 0.05\nat = [0.5, 0.5]\n\
+             [[gas]]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100\n\
+             [run]\nsample_interval = 0.5\n";
+        let mut run = InteractiveRun::new(&Scene::from_toml(scene).unwrap()).unwrap();
+        let status = |run: &InteractiveRun| StateWatch::new(&run.view()).status(run);
+        assert_eq!(status(&run)["time_scale"], 0.5);
+        run.advance(EpochTime::from(1.0), &mut ()).unwrap();
+        let now = status(&run);
+        assert_eq!(now["bodies"], 101);
+        let scale = now["time_scale"].as_f64().unwrap();
+        assert!((0.01..0.2).contains(&scale), "{scale}");
+    }
+
+    #[test]
+    fn correlations_have_the_scales_of_the_page_of_a_run() {
+        let scene =
+            "[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100";
+        let scene = Scene::from_toml(scene).unwrap();
+        let mut run = InteractiveRun::new(&scene).unwrap();
+        let spec = MeasureSpec {
+            kind: "correlation".to_owned(),
+            ..MeasureSpec::default()
+        };
+        let measure = SingleMeasure::new(&spec, 0.01, &scene, &run.view()).unwrap();
+        let mut tracked = Tracked::new(measure, &run.view());
+        while tracked.samples() < 400 {
+            run.advance(tracked.time(), &mut ()).unwrap();
+            tracked.sample(&run.view());
+        }
+        let measured = MeasuredNow {
+            id: 1,
+            name: "correlation".to_owned(),
+            spec,
+            begun: 0.0,
+            tracked,
+        };
+        let results = results(&[measured], &run);
+        assert_eq!(
+            (&results[0]["begun"], &results[0]["interval"]),
+            (&json!(0.0), &json!(0.01))
+        );
+        let table = &results[0]["tables"][0];
+        assert_eq!(table["spacing"], "Logarithmic");
+        assert_eq!(table["abscissa"]["label"], "lag (time)");
+        let [square, product] = [&table["curves"][0], &table["curves"][1]];
+        assert_eq!(square["unit"], "length²");
+        assert_eq!(square["logarithmic"], true);
+        assert_eq!(square["guides"][0]["power"], 2.0);
+        assert!(square["errors"].is_array());
+        // Over its value at 0.
+        assert_eq!(product["unit"], "1");
+        assert_eq!(product["logarithmic"], false);
+        assert_eq!(product["values"][0], 1.0);
+        let of_time = Table::new("t", "T")
+            .abscissa("time", "time", vec![0.0])
+            .value("x", "1", vec![Some(1.0)]);
+        assert_eq!(super::table(&of_time)["abscissa"]["label"], "time");
+    }
 
     #[test]
     fn a_gas_that_has_lost_nearly_all_energy_does_not_seem_to_drift() {

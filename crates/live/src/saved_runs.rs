@@ -20,7 +20,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, anyhow};
-use carom_runs::run::interactive::{InteractiveRun, Saved};
+use carom_runs::run::interactive::{InteractiveRun, MEASURED, NamedFile, Saved};
 use serde_json::{Value, json};
 
 use crate::{
@@ -127,37 +127,56 @@ impl SavedRuns {
         Arc::clone(&self.reserve)
     }
 
-    /// Saves a run under the next free number.
+    /// Saves a run under the next free number, with files of what was measured so far; returns its
+    /// folder too.
     ///
     /// # Errors
     /// It cannot be written.
-    pub fn save(&mut self, run: &InteractiveRun) -> Result<Saved> {
+    pub fn save(
+        &mut self,
+        run: &InteractiveRun,
+        measured: &[NamedFile],
+    ) -> Result<(PathBuf, Saved)> {
         let _room = self.reserve.release();
         let (number, path) =
             take_number(&self.folder, "", self.next).context("the run cannot be saved")?;
         self.next = number;
-        run.save(&path).context("the run cannot be saved")
+        let saved = run
+            .save_with(&path, measured)
+            .context("the run cannot be saved")?;
+        Ok((path, saved))
     }
 
     /// Begins an automatic save in the background if one is due and the run has changed since the
-    /// last. It works on a copy: the run itself does not change.
-    pub fn save_if_due(&mut self, run: &InteractiveRun, state: RunState) {
+    /// last. It works on a copy: the run itself does not change. `measured` returns files of what
+    /// was measured so far.
+    pub fn save_if_due(
+        &mut self,
+        run: &InteractiveRun,
+        state: RunState,
+        measured: impl FnOnce() -> Vec<NamedFile>,
+    ) {
         let automatic = &mut self.automatic;
         automatic.take_written();
         let is_busy = automatic.writing.is_some() || Instant::now() < automatic.due;
         if is_busy || automatic.saved_state == Some(state) {
             return;
         }
-        automatic.start(run.clone(), state, Arc::clone(&self.reserve));
+        automatic.start(run.clone(), measured(), state, Arc::clone(&self.reserve));
     }
 
-    /// Saves a run at the end of the session; the automatic saves are then removed. Without a run,
-    /// a folder that this program has created and not used is removed.
+    /// Saves a run at the end of the session, with files of what was measured; the automatic saves
+    /// are then removed. Without a run, a folder that this program has created and not used is
+    /// removed.
     ///
     /// # Errors
     /// It cannot be written. The last automatic save is kept, and named.
-    pub fn end(&mut self, run: Option<&InteractiveRun>) -> Result<Option<Saved>> {
-        let saved = run.map(|run| self.save(run)).transpose();
+    pub fn end(
+        &mut self,
+        run: Option<&InteractiveRun>,
+        measured: &[NamedFile],
+    ) -> Result<Option<Saved>> {
+        let saved = run.map(|run| Ok(self.save(run, measured)?.1)).transpose();
         self.automatic.wait();
         match saved {
             Ok(saved) => {
@@ -175,10 +194,11 @@ impl SavedRuns {
     /// Saves a run whose thread has ended by an internal error. All automatic saves are kept.
     pub fn rescue(&mut self, run: &InteractiveRun) -> anyhow::Error {
         let words = "the engine has ended by an internal error";
-        let saved = self.save(run);
+        // What is measured may be the cause.
+        let saved = self.save(run, &[]);
         self.automatic.wait();
         match saved {
-            Ok(Saved { time, command, .. }) => {
+            Ok((_, Saved { time, command, .. })) => {
                 let error =
                     anyhow!("{words}; the run was saved at t = {time}; continue with\n  {command}");
                 self.automatic.named_after(error)
@@ -189,13 +209,16 @@ impl SavedRuns {
 }
 
 impl RunStore for SavedRuns {
-    fn save(&mut self, run: &InteractiveRun) -> Result<Value> {
-        let Saved {
-            time,
-            command,
-            left_out,
-        } = Self::save(self, run)?;
-        Ok(json!({ "time": time, "command": command, "left_out": left_out }))
+    fn save(&mut self, run: &InteractiveRun, measured: &[NamedFile]) -> Result<Value> {
+        let (path, saved) = Self::save(self, run, measured)?;
+        let folder = path.join(MEASURED);
+        Ok(json!({
+            "time": saved.time,
+            "command": saved.command,
+            "measures_from": saved.measures_from,
+            "left_out": saved.left_out,
+            "measured": (!measured.is_empty()).then(|| folder.to_string_lossy()),
+        }))
     }
 
     fn status(&self) -> Value {
@@ -214,12 +237,18 @@ impl RunStore for SavedRuns {
 
 impl Automatic {
     /// Begins a save.
-    fn start(&mut self, run: InteractiveRun, state: RunState, reserve: Arc<Reserve>) {
+    fn start(
+        &mut self,
+        run: InteractiveRun,
+        measured: Vec<NamedFile>,
+        state: RunState,
+        reserve: Arc<Reserve>,
+    ) {
         self.count += 1;
         let path = self.folder.join(self.count.to_string());
         let save = move || {
             let (begun, _room) = (Instant::now(), reserve.release());
-            let saved = run.save(&path);
+            let saved = run.save_with(&path, &measured);
             Written {
                 path,
                 saved,

@@ -81,7 +81,14 @@ fn a_downloaded_run_continues_in_a_folder() {
     });
     let edit = json!({ "edit": [{ "elasticity": 0.9 }] });
     assert!(answer(&mut laboratory, 3, &edit)["refused"].is_null());
+    let spec = json!({ "kind": "temperature", "of": "gas" });
+    let measure = json!({ "measure": { "spec": spec, "interval": 0.02 } });
+    let begun = answer(&mut laboratory, 5, &measure)["done"]["begun"].clone();
+    assert!(begun.as_f64() > Some(0.1), "{begun}");
     let saved = answer(&mut laboratory, 4, &json!({ "save": true }));
+    assert_eq!(saved["done"]["measured"], "run/measured-before");
+    assert!(saved["done"]["shown"].as_f64() <= saved["done"]["time"].as_f64());
+    assert_eq!(saved["done"]["measures_from"], saved["done"]["time"]);
     let archive = STANDARD
         .decode(saved["done"]["archive"].as_str().unwrap())
         .unwrap();
@@ -89,6 +96,9 @@ fn a_downloaded_run_continues_in_a_folder() {
     unpack(&archive, root.path());
     let folder = root.path().join("run");
     let before = last_state(&folder.join(CHECKPOINT)).unwrap();
+    assert!(folder.join("measured-before/figures.csv").exists());
+    let config = fs::read_to_string(folder.join("config.toml")).unwrap();
+    assert!(config.contains("sample_interval = 0.02\n"), "{config}");
     // A state starts its epoch anew: its time is rounded again.
     let said = saved["done"]["time"].as_f64().unwrap();
     let time = before.state.time().to_f64();

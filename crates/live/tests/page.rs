@@ -79,11 +79,11 @@ fn sets_rules_and_draws_velocities(page: &mut Browser) {
             "put('rule-a', 'tee'); put('rule-b', 'gas'); put('rule-e', {elasticity}); press('set-rule')"
         ));
         page.until(&format!(
-            "text('rules') === 'tee with gas: {elasticity} Drop'"
+            "text('rules') === 'tee with gas: {elasticity} Remove'"
         ));
     }
     page.eval("document.querySelector('#rules button').click()");
-    page.until("text('rules') === '' && text('message').startsWith('Rule dropped')");
+    page.until("text('rules') === '' && text('message').startsWith('Rule removed')");
     assert_eq!(
         page.eval("text('elasticity-text')"),
         "1",
@@ -95,7 +95,7 @@ fn sets_rules_and_draws_velocities(page: &mut Browser) {
          put('rule-a', 'tee'); put('rule-e', 0.5); press('set-rule'); put('rule-a', 'gas'); press('set-rule')",
     );
     page.until(
-        "text('tags').match(/held at 1/g)?.length === 2 && document.querySelectorAll('#rules li').length === 2",
+        "text('tags').match(/kept at 1 by a thermostat/g)?.length === 2 && document.querySelectorAll('#rules li').length === 2",
     );
     page.eval("press('release'); put('tag', 'gas'); press('release')");
     // The focus stays where rules are dropped.
@@ -118,7 +118,7 @@ fn sets_rules_and_draws_velocities(page: &mut Browser) {
             true
         );
     }
-    page.until("!text('tags').includes('held')");
+    page.until("!text('tags').includes('kept')");
     page.eval("press('release')");
     page.until("text('message') === 'Refused: no thermostat acts on gas'");
     // After Back, the slider shows the elasticity of the bookmark even if it has the focus.
@@ -167,7 +167,10 @@ fn chooses_walls_by_keys(page: &mut Browser) {
     page.eval("put('tag', 'mine'); press('untag')");
     page.until("!text('about').includes('mine')");
     page.eval("put('tag', 'wall'); press('remove')");
-    page.until("text('bodies') === '301' && text('about') === 'Body 1 is no longer there.'");
+    page.until("text('about') === 'Body 1 is no longer there.'");
+    page.until(
+        "document.getElementById('chosen-view').hidden && document.querySelector('.chosen').hidden",
+    );
     assert_eq!(
         page.eval("document.getElementById('follow').disabled"),
         true
@@ -179,9 +182,11 @@ fn chooses_walls_by_keys(page: &mut Browser) {
     );
     page.until("text('message').startsWith('Refused') && text('message').includes('temperature')");
     page.eval("put('wall-kt', 2); press('place')");
-    page.until("text('bodies') === '302'");
+    page.until("text('tags').includes('new')");
     page.eval("put('tag', 'new'); press('remove')");
-    page.until("text('bodies') === '301'");
+    page.until("!text('tags').includes('new')");
+    // Walls are no bodies.
+    assert_eq!(page.eval("text('bodies')"), "301");
 }
 
 /// Texts that are read out do not change while the gas runs, and what has not changed is not
@@ -293,6 +298,14 @@ fn controls_work_while_a_scene_is_open_and_the_server_is_there() {
     page.eval("[...document.querySelectorAll('#gallery button')].find((e) => e.textContent.includes('sinai')).click()");
     page.until("text('bodies') === '2'");
     page.until(&format!("{disabled} === 'false,true,false,false,false'"));
+    // The selector shows the open scene, and leads to the gallery and back.
+    let scene = "document.getElementById('scene').value";
+    page.until(&format!("{scene} === 'sinai'"));
+    page.eval("put('scene', '*')");
+    page.until("!document.getElementById('gallery').hidden");
+    assert_eq!(page.eval(scene), "sinai");
+    page.eval("press('leave-gallery')");
+    page.until("document.getElementById('gallery').hidden");
     page.eval("key('n')");
     page.until("text('about').startsWith('body')");
     assert_eq!(page.faults, Vec::<String>::new());
@@ -347,7 +360,7 @@ fn refuses_empty_fields(page: &mut Browser) {
         assert_eq!(page.eval("document.activeElement.id"), field);
         page.eval(&format!("put('{field}', before)"));
     }
-    assert_eq!(page.eval("text('bodies')"), "302");
+    assert_eq!(page.eval("text('bodies')"), "301");
 }
 
 /// Writes what the page shows into the folder that the environment names, as base64.
@@ -397,15 +410,29 @@ fn a_user_watches_edits_and_saves_a_gas() {
     page.show([1300, 850], false);
     page.call("Page.navigate", &json!({ "url": address }));
     page.until(
-        "document.readyState === 'complete' && document.getElementById('bodies').textContent === '302'",
+        "document.readyState === 'complete' && document.getElementById('bodies').textContent === '301'",
     );
     page.eval(HELPERS);
     // Slower than it could run, so that the run of its scene throughout takes no longer.
     page.eval("put('speed', 97)");
+    // What belongs to a chosen body or to a bookmark is hidden without one, and the selector shows
+    // the open scene.
+    assert_eq!(
+        page.eval(
+            "['chosen-view', 'back', 'release'].map((id) => document.getElementById(id).hidden).join()"
+        ),
+        "true,true,true"
+    );
+    assert_eq!(
+        page.eval("document.getElementById('scene').selectedOptions[0].textContent"),
+        "gas"
+    );
     // The picture moves while the gas runs, and stands while it is paused.
     page.until("picture().length > 10000");
     page.eval("press('play')");
     page.until("text('play') === 'Pause' && Number(text('time')) > 0.05");
+    // The mean free time is some hundredths.
+    page.until("/^\\d+\\.\\d{2,4}$/.test(text('time'))");
     page.eval("window.first = picture()");
     page.until("picture() !== first");
     page.eval("key(' ')");
@@ -421,7 +448,7 @@ fn a_user_watches_edits_and_saves_a_gas() {
 
     // One contact; the colours of speeds; a body with its path.
     page.eval("press('one')");
-    page.until("text('message').startsWith('One contact')");
+    page.until("text('message').startsWith('One collision')");
     page.eval("window.first = picture(); put('colour', 'speed')");
     page.until("picture() !== first && text('legend').includes('speed')");
     page.eval("key('n')");
@@ -443,7 +470,7 @@ fn a_user_watches_edits_and_saves_a_gas() {
     // An impossible edit is refused in words; a possible one is made.
     page.eval("put('shape', 'disc'); put('radius', 0.3); press('place')");
     page.until("text('message').startsWith('Refused') && text('message').includes('overlap')");
-    assert_eq!(page.eval("text('bodies')"), "302");
+    assert_eq!(page.eval("text('bodies')"), "301");
     page.eval("press('play')");
     chooses_walls_by_keys(&mut page);
     survives_a_lost_context(&mut page);
@@ -463,6 +490,18 @@ fn a_user_watches_edits_and_saves_a_gas() {
     page.until("text('message').startsWith('Refused') && text('message').includes('max')");
     page.eval("max.value = 0.2; press('measure')");
     page.until("document.querySelectorAll('#measures section').length === 2");
+    // Its displacements are drawn by their logarithms, with powers beside them, and the velocities
+    // over their value at 0.
+    page.until(
+        "text('measures').includes('thin: ∝ t²') && text('measures').includes('over its first value')",
+    );
+    page.until(
+        "text('measures').includes('lag (time)') && !text('measures').includes('time (time)')",
+    );
+    assert_eq!(
+        page.eval("text('saves').includes('begin anew there')"),
+        true
+    );
 
     // No part is wider than the page, and every control has a name, on all screens.
     for (size, is_dark) in [
@@ -521,12 +560,16 @@ fn a_user_watches_edits_and_saves_a_gas() {
 
     // A saved run resumes to the bit.
     page.eval("press('save')");
-    page.until("text('saved').includes('--resume')");
+    page.until("text('saved').includes('--resume') && text('saved').includes('measured-before')");
+    page.until("/^Saved at t = .*the page showed t = .*measures anew/.test(text('message'))");
     assert_eq!(page.faults, Vec::<String>::new());
     drop(page);
     signals.interrupt();
     assert!(served.join().unwrap().unwrap().saved.is_some());
     let folder = root.path().join("saved/1");
+    for file in ["temperature-gas.csv", "correlation-gas.csv", "figures.csv"] {
+        assert!(folder.join("measured-before").join(file).exists(), "{file}");
+    }
     let copy = root.path().join("copy.toml");
     fs::copy(folder.join("config.toml"), &copy).unwrap();
     let resumed = end_of(&folder.join("config.toml"), &folder, &["--resume"]);

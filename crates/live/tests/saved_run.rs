@@ -16,7 +16,7 @@ use carom_runs::{
     resumable::{CHECKPOINT, last_state},
     run::{
         self,
-        interactive::{CallLimit, InteractiveRun},
+        interactive::{CallLimit, InteractiveRun, MEASURED},
     },
 };
 use clap::Parser;
@@ -595,15 +595,113 @@ fn measures_begun_meanwhile_are_measured_by_the_saved_run() {
     ]);
     let root = tempfile::tempdir().unwrap();
     let path = root.path().join("1");
+    let measured = [("found.csv".to_owned(), b"x\n1\n".to_vec())];
+    let saved = run.save_with(&path, &measured).unwrap();
+    assert_eq!(saved.left_out, Vec::<String>::new());
+    assert_eq!(saved.measures_from, Some(saved.time));
+    let scene_file = path.join("config.toml");
+    let stored = Scene::from_toml(&fs::read_to_string(&scene_file).unwrap()).unwrap();
+    // All keep their intervals: the samples of the run are ten times as many.
+    assert!((stored.run.sample_interval - 0.01).abs() < 1e-15);
+    assert_eq!(stored.run.check_interval, Some(0.1));
+    let kept: Vec<(&str, Option<&str>, &MeasureParameter)> = stored
+        .measure
+        .iter()
+        .map(|spec| {
+            (
+                spec.kind.as_str(),
+                spec.of.as_deref(),
+                &spec.parameters["every"],
+            )
+        })
+        .collect();
+    let [ten, others] = [10.0, 21.0].map(MeasureParameter::Number);
+    assert_eq!(
+        kept,
+        [
+            ("energy", None, &ten),
+            ("temperature", Some("hot"), &ten),
+            ("velocities", Some("hot"), &others),
+        ]
+    );
+    assert!(stored.run.observe.is_empty());
+    // The run that continues leaves alone what was measured before.
+    end_of(&scene_file, &path, &["--resume"]);
+    let before = path.join(MEASURED).join("found.csv");
+    assert_eq!(fs::read(before).unwrap(), measured[0].1);
+    let rows = fs::read_to_string(path.join("temperature-hot.csv")).unwrap();
+    let times: Vec<f64> = rows
+        .lines()
+        .skip(1)
+        .map(|row| row.split(',').next().unwrap().parse().unwrap())
+        .collect();
+    assert!(times[0] >= saved.time && (times[1] - times[0] - 0.1).abs() < 1e-9);
+}
+
+/// A measure of the scene that is also begun with another sample interval gets a name of its own.
+#[test]
+fn a_measure_of_the_scene_with_another_interval_is_saved_beside_it() {
+    let scene = Scene::from_toml(SCENE).unwrap();
+    let mut run = InteractiveRun::new(&scene).unwrap();
+    run.advance(EpochTime::from(0.7), &mut ()).unwrap();
+    let spec = MeasureSpec {
+        kind: "temperature".to_owned(),
+        of: Some("hot".to_owned()),
+        ..MeasureSpec::default()
+    };
+    run.set_watched(vec![(spec.clone(), 0.02), (spec.clone(), 0.1), (spec, 0.2)]);
+    let root = tempfile::tempdir().unwrap();
+    let path = root.path().join("1");
     assert_eq!(run.save(&path).unwrap().left_out, Vec::<String>::new());
     let saved = Scene::from_toml(&fs::read_to_string(path.join("config.toml")).unwrap()).unwrap();
+    let named: Vec<(Option<&str>, &MeasureParameter)> = saved
+        .measure
+        .iter()
+        .filter(|spec| spec.kind == "temperature")
+        .map(|spec| (spec.name.as_deref(), &spec.parameters["every"]))
+        .collect();
+    let [one, five, ten] = [1.0, 5.0, 10.0].map(MeasureParameter::Number);
     assert_eq!(
-        (saved.measure.len(), saved.measure[0].kind.as_str()),
-        (1, "velocities")
+        named,
+        [
+            (None, &five),
+            (Some("hot-live-1"), &one),
+            (Some("hot-live-2"), &ten)
+        ]
     );
-    // The nearest multiple of the samples of the run.
-    assert_eq!(
-        saved.measure[0].parameters["every"],
-        MeasureParameter::Number(2.0)
+    // An interval that is no multiple of a thousandth of that of the scene is rounded, in words.
+    let fine = MeasureSpec {
+        kind: "pressure".to_owned(),
+        ..MeasureSpec::default()
+    };
+    run.set_watched(vec![(fine, 0.07 + 1e-6)]);
+    let left_out = run.save(&root.path().join("2")).unwrap().left_out;
+    assert!(
+        left_out.len() == 1 && left_out[0].contains("pressure: its sample interval"),
+        "{left_out:?}"
     );
+}
+
+/// The speed of a resumed run is that of both parts together.
+#[test]
+fn a_resumed_run_counts_the_processor_time_before_it_was_saved() {
+    let text = "[box]\nseed = 2\n[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 400\n\
+                [run]\nuntil = 8.0\nsample_interval = 1.0\nanimation = false\n";
+    let mut run = InteractiveRun::new(&Scene::from_toml(text).unwrap()).unwrap();
+    run.advance(EpochTime::from(7.8), &mut ()).unwrap();
+    let root = tempfile::tempdir().unwrap();
+    let folder = root.path().join("saved");
+    run.save(&folder).unwrap();
+    let copy = root.path().join("copy.toml");
+    fs::copy(folder.join("config.toml"), &copy).unwrap();
+    end_of(&folder.join("config.toml"), &folder, &["--resume"]);
+    let throughout = root.path().join("throughout");
+    end_of(&copy, &throughout, &[]);
+    let speed = |folder: &Path| {
+        let text = fs::read_to_string(folder.join("summary.json")).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&text).unwrap();
+        summary["collisions_per_second"].as_f64().unwrap()
+    };
+    let ratio = speed(&folder) / speed(&throughout);
+    assert!((0.2..5.0).contains(&ratio), "{ratio}");
 }

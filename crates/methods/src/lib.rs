@@ -1,5 +1,7 @@
 //! How a simulation computes: detector and scheduler, chosen at run time.
 //!
+//! Unstable: its public items may change with any version.
+//!
 //! [`Simulation`](carom_engine::Simulation) chooses them at compile time, so each combination is
 //! compiled anew where it is used. [`AnySimulation`] is compiled here once for all combinations
 //! that a [`Method`] describes. A call of one of its methods is dynamic; the loop over the events

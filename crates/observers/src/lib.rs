@@ -1,6 +1,8 @@
 //! Observers measure a running simulation: one quantity per file, each an [`Observer`] that reads
 //! the state and never changes it.
 //!
+//! Stable: its public items follow the policy of versions in the book (*Versions and releases*).
+//!
 //! ```
 //! use carom_engine::{Observer, Scene, Simulation};
 //! use carom_observers::{CollisionRate, EnergyLedger};

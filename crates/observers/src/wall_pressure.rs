@@ -1,9 +1,10 @@
 //! The pressure of a gas on plane walls, from the momentum of its contacts, and its density over
 //! the distance from them.
 //!
-//! p = Σ|J·n| / (t l), with the impulses J, the normal n of the walls, and the length l of all
-//! their sides: that of the gas where it is not disturbed by the walls. There its density is n, so
-//! that p = p(n) of the equation of state. At the walls the density of centres is p/kT for smooth
+//! p = Σ J·n / (t l), with the impulses J on the bodies, the normal n away from the wall, and the
+//! length l of all sides of the walls: that of the gas where it is not disturbed by the walls. A
+//! thermal wall can give a molecule that turns an impulse towards itself, which counts as negative.
+//! Far from the walls the density is n, so that p = p(n) of the equation of state. At the walls the density of centres is p/kT for smooth
 //! elastic contacts of a gas at equilibrium (contact theorem; Henderson, Blum & Lebowitz 1979).
 //!
 //! p is the mean over both sides of the walls. What a gas on one side gives to them is the net
@@ -199,7 +200,7 @@ impl WallPressure {
         self.planes.iter().map(to).fold(f64::INFINITY, f64::min)
     }
 
-    /// Σ|J·n| (mass × length / time), and the time times the length of all sides of the walls (time
+    /// Σ J·n (mass × length / time), and the time times the length of all sides of the walls (time
     /// × length): their ratio is the pressure.
     pub fn momentum(&self) -> [f64; 2] {
         [
@@ -290,7 +291,7 @@ impl Observer for WallPressure {
         // The impulse is that on the second body.
         let on_second = report.impulse[self.axis];
         let is_second = self.is_wall(report.sides[1].body);
-        self.impulse += on_second.abs();
+        self.impulse += on_second * report.normal[self.axis].signum();
         self.net_impulse += if is_second { on_second } else { -on_second };
     }
 
@@ -316,6 +317,45 @@ mod tests {
     fn walls(text: &str, bins: usize, far: f64) -> Result<WallPressure, WallsError> {
         let simulation = Simulation::new(&Scene::from_toml(text).unwrap()).unwrap();
         WallPressure::new(&simulation.view(), Group::All, bins, far)
+    }
+
+    /// Σ J·n by the places of the centres of mass, and the number of impulses towards the wall.
+    #[derive(Default)]
+    struct ByPlace {
+        impulse: f64,
+        towards: u32,
+    }
+
+    impl Observer for ByPlace {
+        fn collision(&mut self, report: &CollisionReport<'_>) {
+            let side = report.sides.iter().find(|side| !side.body.is_wall());
+            let side = side.expect("only walls are fixed");
+            // The wall is at x = 0 of a box of 4, its other side at x = 4.
+            let away = (2.0 - side.before.position.x.rem_euclid(4.0)).signum();
+            let along = away * side.momentum_change().x;
+            self.impulse += along;
+            self.towards += u32::from(along < 0.0);
+        }
+    }
+
+    #[test]
+    fn an_impulse_towards_a_thermal_wall_counts_as_negative() {
+        let text = "[box]\nsides = [4.0, 3.0]\n[[wall]]\nx = 0.0\ntemperature = 1.0\n\
+                    [[molecule]]\nshape = \"rod:5\"\natom_radius = 0.1\natom_mass = 0.2\nat = [2.0, 1.0]\n\
+                    velocity = [1.0, 0.0]\n";
+        let mut simulation = Simulation::new(&Scene::from_toml(text).unwrap()).unwrap();
+        let walls = WallPressure::new(&simulation.view(), Group::All, 4, 0.3).unwrap();
+        let mut observers = (walls, ByPlace::default());
+        observers.start(&simulation.view());
+        simulation.observe_until(1000.0, &mut observers).unwrap();
+        let (walls, expected) = observers;
+        assert!(expected.towards > 0, "{}", expected.towards);
+        let [found, _] = walls.momentum();
+        assert!(
+            (found / expected.impulse - 1.0).abs() < 1e-9,
+            "{found} {}",
+            expected.impulse
+        );
     }
 
     #[test]

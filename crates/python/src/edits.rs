@@ -2,7 +2,10 @@
 
 use carom::{
     BodyKey, EditError, Scene, SceneError,
-    engine::{BondSpec, ElasticitySpec, MoleculeSpec, ReactionSpec, Rotation, WallSpec, WellSpec},
+    engine::{
+        BondSpec, DrawKey, ElasticitySpec, MoleculeSpec, ReactionSpec, Rotation, StageSpec,
+        ThermostatSpec, TransparentSpec, WallSpec, WellSpec,
+    },
 };
 use carom_methods::AnySimulation;
 use pyo3::prelude::*;
@@ -202,6 +205,53 @@ pub fn bonds(text: &str) -> Result<Vec<BondSpec>, EditError> {
 /// The text is not that of a scene.
 pub fn wells(text: &str) -> Result<Vec<WellSpec>, EditError> {
     Ok(Scene::from_toml(text)?.well)
+}
+
+/// The pairs of bodies that do not see each other, which the text of a scene describes.
+///
+/// # Errors
+/// The text is not that of a scene.
+pub fn transparent(text: &str) -> Result<Vec<TransparentSpec>, EditError> {
+    Ok(Scene::from_toml(text)?.transparent)
+}
+
+/// The first thermostat of the text of a scene.
+///
+/// # Errors
+/// The text is not that of a scene, or has no thermostat.
+fn thermostat(text: &str) -> Result<ThermostatSpec, SceneError> {
+    let stages: Vec<StageSpec> = Scene::from_toml(text)?.stage;
+    let mut specs = stages.into_iter().flat_map(|stage| stage.thermostat);
+    specs.next().ok_or_else(|| SceneError::Entry {
+        entry: "thermostat".to_owned(),
+        problem: "a thermostat is missing".to_owned(),
+    })
+}
+
+/// Lets the thermostat that the text of a scene describes act once.
+///
+/// The key of its random numbers is the number of bodies on which thermostats have acted before.
+/// Checkpoints hold it, so that a loaded simulation draws as that which was saved.
+///
+/// # Errors
+/// The rule is refused, or a body of the tag.
+pub fn act(simulation: &mut AnySimulation, scene: &Scene, text: &str) -> Result<(), EditError> {
+    let spec = thermostat(text)?;
+    let rule = spec.rule("thermostat")?;
+    let heats = simulation.view().heat().all();
+    let acted = heats.iter().map(|heat| {
+        let counts = heat.counts;
+        counts.changed + counts.at_rest + counts.fixed
+    });
+    let key = DrawKey {
+        seed: scene.bounds.seed,
+        replica: scene.bounds.replica,
+        action: acted.sum(),
+    };
+    simulation.edit(|batch| match batch.find_tag(&spec.tag) {
+        Some(tag) => batch.thermostat(tag, &rule, key).map(|_| ()),
+        None => Ok(()),
+    })
 }
 
 /// The numbers of the bodies with a tag.

@@ -639,6 +639,23 @@ impl Core {
         })
     }
 
+    fn set_transparent(&self, py: Python<'_>, text: &str) -> PyResult<()> {
+        self.edit(py, |state| {
+            let rules = edits::transparent(text)?;
+            state
+                .simulation
+                .edit(|batch| batch.set_transparent(&rules))?;
+            state.scene.transparent = rules;
+            Ok(())
+        })
+    }
+
+    fn thermostat(&self, py: Python<'_>, text: &str) -> PyResult<()> {
+        self.edit(py, |state| {
+            edits::act(&mut state.simulation, &state.scene, text)
+        })
+    }
+
     fn set_drag(&self, py: Python<'_>, drag: f64) -> PyResult<()> {
         self.edit(py, |state| {
             state.simulation.set_drag(drag)?;

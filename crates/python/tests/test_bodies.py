@@ -644,6 +644,79 @@ def test_bonds_are_made_cut_and_kept():
     assert sim.bonds[0].shape == (9, 2)
 
 
+def test_thermostats_act_once_by_their_rules(tmp_path):
+    sim = gas(count=2000, radius=0.004)
+    sim.thermostat("gas", "maxwell", temperature=2.0)
+    assert abs(sim.energy / 2000 / 2.0 - 1) < 0.1
+    before = np.linalg.norm(sim.velocities, axis=1)
+    directions = sim.velocities
+    sim.thermostat("gas", "rotate")
+    assert np.allclose(np.linalg.norm(sim.velocities, axis=1), before, rtol=1e-14)
+    assert np.abs((sim.velocities * directions).sum(axis=1).mean()) < 0.1 * (before**2).mean()
+    momentum = sim.momentum
+    sim.thermostat("gas", "kick", momentum=[0.5, -0.25])
+    assert np.allclose(sim.momentum - momentum, [1000.0, -500.0])
+    sim.thermostat("gas", "rescale", temperature=0.5)
+    assert abs(sim.temperature - 0.5) < 1e-12
+    sim.thermostat("gas", energy=3.0)
+    assert np.allclose(sim.energies, 3.0)
+    sim.thermostat("gas", "active", every=0.1, speed=2.0, rotational_diffusion=0.0)
+    first = sim.velocities
+    assert np.allclose(np.linalg.norm(first, axis=1), 2.0)
+    # Without diffusion the axes of the discs stay, and contacts do not change them.
+    sim.run(until=0.1)
+    sim.thermostat("gas", "active", every=0.1, speed=2.0, rotational_diffusion=0.0)
+    assert np.allclose(sim.velocities, first)
+    booked = sim.booked_energy
+    assert abs(booked["initial"] + booked["put_in"] - sim.energy) < 1e-9 * sim.energy
+    # A copy and a loaded simulation draw the same numbers, and the next action others.
+    sim.save(tmp_path / "checkpoint")
+    twins = [sim, sim.copy(), carom.load(tmp_path)]
+    for twin in twins:
+        twin.thermostat("gas", "langevin", every=0.1, friction=5.0, temperature=1.0)
+    assert all((twin.velocities == sim.velocities).all() for twin in twins)
+    drawn = []
+    for _ in range(2):
+        sim.thermostat("gas", "maxwell", temperature=1.0)
+        drawn.append(sim.velocities)
+    assert (drawn[0] != drawn[1]).any(axis=1).all()
+
+
+def test_thermostats_are_refused_by_name():
+    sim = gas()
+    before = state(sim)
+    for error, words, call in (
+        (TypeError, "every", lambda: sim.thermostat("gas", "active", speed=1.0, rotational_diffusion=1.0)),
+        (ValueError, "every", lambda: sim.thermostat("gas", "rotate", every=0.0)),
+        (carom.EditError, "no body carries", lambda: sim.thermostat("nobody", "rotate")),
+        (carom.EditError, "friction", lambda: sim.thermostat("gas", "langevin", every=0.1, temperature=1.0)),
+        (carom.EditError, "speed", lambda: sim.thermostat("gas", "rotate", speed=1.0)),
+        (carom.EditError, "either", lambda: sim.thermostat("gas", "maxwell")),
+        (ValueError, "momentum", lambda: sim.thermostat("gas", "kick", momentum=[1.0, 2.0, 3.0])),
+        (carom.SceneError, "nose-hoover", lambda: sim.thermostat("gas", "nose-hoover")),
+    ):
+        with pytest.raises(error, match=words):
+            call()
+    assert (state(sim) == before).all()
+
+
+def test_pairs_become_transparent_and_visible_again():
+    sim = gas()
+    sim.set_transparent(["gas"])
+    sim.run(until=1)
+    assert sim.collision_count == 0 and sim.overlapping_pairs == 0
+    # Some overlap by then.
+    with pytest.raises(carom.EditError, match="overlap"):
+        sim.set_transparent([])
+    sim.reverse()
+    sim.run(until=2)
+    sim.set_transparent([])
+    sim.run(until=3)
+    assert sim.collision_count > 0
+    with pytest.raises(TypeError, match="list"):
+        sim.set_transparent("gas")
+
+
 def test_wells_hold_energy_and_can_be_replaced():
     gas = {"tags": ["a"], "radius": 0.03, "mass": 1, "temperature": 1, "count": 60}
     scene = {"gas": [gas], "well": [{"between": ["a"], "steps": [[1.5, -1.0], [2.0, 0.25]]}]}

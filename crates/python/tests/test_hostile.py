@@ -267,6 +267,17 @@ def test_elasticities_of_anything(default, contact_time, pairs):
     orderly(sim.run, 0.05)
 
 
+@given(words, words, st.dictionaries(st.sampled_from([
+    "every", "energy", "temperature", "speed", "rotational_diffusion", "friction", "momentum"]), arrays, max_size=3))
+def test_thermostats_of_anything(tag, kind, numbers):
+    sim = fresh()
+    orderly(sim.thermostat, tag, kind, **numbers)
+    for known in ("energy-reset", "maxwell", "active", "langevin", "rotate", "kick", "rescale"):
+        orderly(sim.thermostat, "gas", known, **numbers)
+    orderly(sim.set_transparent, [tag, kind])
+    sound(sim)
+
+
 @given(objects)
 def test_shear_rates_of_anything(rate):
     sim = fresh()

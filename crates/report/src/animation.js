@@ -10,6 +10,8 @@
   const CLOSE = 7;
   // Of a body that is large in its box, at least.
   const LEAST_CLOSE = 2;
+  // More tags have no legend.
+  const MOST_TAGS = 12;
   // An impulse is shown for this share of the animation.
   const SHOWN = 0.02;
 
@@ -202,8 +204,8 @@
       });
     }
     for (const [index, wall] of animation.walls.entries()) {
-      const piston = (animation.pistons || []).find((one) => one.wall === index);
-      const [x1, y1, x2, y2, r] = piston ? pistonAt(piston, wall, time) : wallAt(wall, time);
+      const path = (animation.wall_paths || []).find((one) => one.wall === index);
+      const [x1, y1, x2, y2, r] = path ? [...endsAt(path.ends, time), wall[4]] : wallAt(wall, time);
       const [x, y] = [(x1 + x2) / 2, (y1 + y2) / 2];
       context.strokeStyle = style.color;
       context.lineWidth = Math.max(2 * r, 2.5 / scale);
@@ -217,41 +219,18 @@
     if (animation.watched !== null && wide < width) arrows(context, scale, time, states);
   }
 
-  // The ends of a piston after a time, from its place after the contact before; at a stop it turns
-  // round. With a force it is drawn there until its next contact, and on a spring without reflections.
-  function pistonAt({ axis, acceleration, spring, stops, path }, wall, after) {
-    const ends = wall.slice(0, 5);
-    const [t, place, velocity] = path.findLast(([begins]) => begins <= after) || path[0];
-    const passed = after - t;
-    let there = place + velocity * passed + 0.5 * acceleration * passed * passed;
-    if (spring) {
-      const [frequency, balance] = spring;
-      const [cos, sin] = [Math.cos(frequency * passed), Math.sin(frequency * passed)];
-      there = balance + (place - balance) * cos + (velocity / frequency) * sin;
-    }
-    const [low, high] = stops;
-    if (acceleration || spring) there = Math.min(Math.max(there, low), high);
-    else {
-      const way = (((there - low) / (high - low)) % 2 + 2) % 2;
-      there = low + (high - low) * Math.min(way, 2 - way);
-    }
-    ends[axis] = ends[axis + 2] = there;
-    return ends;
+  // The ends of a wall after a time, between the places at equidistant times.
+  function endsAt(ends, after) {
+    const place = Math.min(Math.max(after / duration, 0), 1) * (ends.length - 1);
+    const before = Math.min(Math.floor(place), ends.length - 2);
+    return ends[before].map((from, index) => from + (place - before) * (ends[before + 1][index] - from));
   }
 
-  // The ends of a wall after a time, from its pivot and its motion if it moves.
-  function wallAt(wall, after) {
-    const [x1, y1, x2, y2, r, px, py, vx, vy, spin] = wall;
-    if (px === undefined) return [x1, y1, x2, y2, r];
-    if (spin === undefined) {
-      // Amplitude, angular frequency and phase.
-      const moved = Math.sin(vx * after + vy) - Math.sin(vy);
-      return [x1 + px * moved, y1 + py * moved, x2 + px * moved, y2 + py * moved, r];
-    }
-    const [cos, sin] = [Math.cos(spin * after), Math.sin(spin * after)];
-    const [ox, oy] = [px + vx * after, py + vy * after];
-    const end = (x, y) => [ox + cos * (x - px) - sin * (y - py), oy + sin * (x - px) + cos * (y - py)];
-    return [...end(x1, y1), ...end(x2, y2), r];
+  // The ends of a wall after a time, at rest or by amplitude, angular frequency and phase.
+  function wallAt([x1, y1, x2, y2, r, ax, ay, frequency, phase], after) {
+    if (ax === undefined) return [x1, y1, x2, y2, r];
+    const moved = Math.sin(frequency * after + phase) - Math.sin(phase);
+    return [x1 + ax * moved, y1 + ay * moved, x2 + ax * moved, y2 + ay * moved, r];
   }
 
   // Latest impulses on the observed body, drawn from its centre; the length is the change of velocity.
@@ -295,6 +274,18 @@
   }
   const clock = make("output", {});
   figure.querySelector(".controls").append(button, slider, speed, clock);
+
+  // The colour of each tag; many sizes of one tag have one.
+  const tags = new Map(animation.shapes.filter(({ name }) => name).map(({ name, colour }) => [name, colour]));
+  if (tags.size > 0 && tags.size <= MOST_TAGS) {
+    const legend = make("p", { className: "legend" });
+    for (const [name, colour] of tags) {
+      const mark = make("span", { textContent: "●" });
+      mark.style.color = colour;
+      legend.append(mark, ` ${name}\u2003`);
+    }
+    figure.append(legend);
+  }
 
   let time = 0;
   let playing = false;

@@ -1,5 +1,8 @@
 //! Charts and HTML pages from tables and figures, independent of the engine.
 //!
+//! Internal: a part of the program `carom`. Its public items serve the other crates of it, and
+//! change without notice.
+//!
 //! ```
 //! use carom_report::page::{Page, PagePart};
 //!

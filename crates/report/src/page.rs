@@ -253,7 +253,13 @@ impl Page {
              {predicted}{least}{source}</tr>\n"
         );
         for figure in figures {
-            let measured = grouped(&with_error(figure.value, figure.standard_error));
+            let mut measured = grouped(&with_error(figure.value, figure.standard_error));
+            if figure
+                .stationarity
+                .is_some_and(|found| !found.is_stationary)
+            {
+                measured += "<br>not stationary";
+            }
             let value = figure.prediction.map_or_else(
                 || "–".to_owned(),
                 |value| grouped(&predicted_value(value, figure)),

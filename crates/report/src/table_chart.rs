@@ -429,7 +429,7 @@ fn chart(
 fn quantity(group: &[&Column]) -> String {
     let names: Vec<&str> = group
         .iter()
-        .filter(|column| column.role.is_curve())
+        .filter(|column| column.role.is_curve() && column.values.iter().any(Option::is_some))
         .map(|column| column.label.as_str())
         .collect();
     match names.as_slice() {

@@ -1,5 +1,7 @@
 //! Collision response: the impulse between two rigid bodies, and the velocities after it.
 //!
+//! Stable: its public items follow the policy of versions in the book (*Versions and releases*).
+//!
 //! Let n be the unit normal from A to B at the contact, r the arms from the centres of mass to the
 //! touching atoms, and u = −n·(v_B + ω_B × r_B − v_A − ω_A × r_A) the speed of approach of the two
 //! surfaces. An impulse J n on B and −J n on A changes u by −J/μ, where

@@ -53,6 +53,10 @@ const CAPACITY: usize = 32_000;
 /// large system, and about a second more before the run for each million.
 const MAX_CONTACTS: usize = 500_000;
 
+/// Intervals of the path of a wall, which is drawn as a straight line in each. More: larger pages.
+/// Fewer: walls that turn or are hit often are drawn beside their place.
+const PATH_INTERVALS: usize = 1000;
+
 /// Number of levels for a number between 0 and 1; even, so that the middle is a level.
 const LEVELS: f64 = 262_142.0;
 
@@ -87,13 +91,12 @@ struct Animation {
     bodies: Vec<usize>,
     /// A body that the page can show enlarged.
     watched: Option<usize>,
-    /// Ends of each wall at the start, and half its thickness (length); of a wall that moves also
-    /// its pivot (length), the velocity of that, and the angular velocity; of one that oscillates
-    /// amplitude, angular frequency and phase instead.
+    /// Ends of each wall at the start, and half its thickness (length); of one that oscillates also
+    /// amplitude, angular frequency and phase.
     walls: Vec<Vec<f64>>,
-    /// The pistons among the walls.
+    /// The paths of the walls and pistons that move in any other way.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pistons: Vec<PistonPath>,
+    wall_paths: Vec<WallPath>,
     /// Bonds at the start: the numbers of the two bodies, and the points of each in its frame
     /// (length).
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -103,22 +106,13 @@ struct Animation {
     flights: String,
 }
 
-/// How a piston moves.
+/// How a wall or a piston moves.
 #[derive(Debug, Serialize)]
-struct PistonPath {
+struct WallPath {
     /// Its index in the list of walls.
     wall: usize,
-    /// 0 if it moves along x, 1 along y.
-    axis: usize,
-    /// Constant acceleration along the axis (length per time squared), and its stops (length).
-    acceleration: f64,
-    /// On a spring, its angular frequency (radians per time) and the place about which it
-    /// oscillates (length); absent without.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    spring: Option<[f64; 2]>,
-    stops: [f64; 2],
-    /// Time since the start of the animation, place and velocity along the axis after each contact.
-    path: Vec<[f64; 3]>,
+    /// Its ends at equidistant times, from the start to the end of the animation (length).
+    ends: Vec<[f64; 4]>,
 }
 
 /// The appearance that several bodies share.
@@ -251,7 +245,8 @@ fn recorded(simulation: &AnySimulation) -> (FlightLog, Animation) {
     }
     drop(twin);
     let log = watching.0;
-    let animation = Animation::new(&view, part.as_ref(), log.flights(), until);
+    let paths = wall_paths(simulation, part.as_ref(), until);
+    let animation = Animation::new(&view, part.as_ref(), log.flights(), (until, paths));
     (log, animation)
 }
 
@@ -283,7 +278,7 @@ impl Animation {
         view: &View<'_>,
         part: Option<&VisibleRegion>,
         flights: &[LoggedFlight],
-        until: f64,
+        (until, paths): (f64, Vec<WallPath>),
     ) -> Self {
         let mut shapes: Vec<Shape> = Vec::new();
         let (mut bodies, mut number_of) = (Vec::new(), BTreeMap::new());
@@ -327,7 +322,7 @@ impl Animation {
             shapes,
             bodies,
             walls: walls(view, part),
-            pistons: pistons(view, part, flights),
+            wall_paths: paths,
             bonds: drawn_bonds(view, |name| {
                 number_of.get(&name).map(|number| *number as u32)
             }),
@@ -378,73 +373,93 @@ impl Animation {
     }
 }
 
-/// The paths of the visible pistons.
-fn pistons(
-    view: &View<'_>,
+/// The paths of the visible walls that move, from the present state on; those that oscillate are
+/// drawn from their motion. It runs a copy of the simulation.
+fn wall_paths(
+    simulation: &AnySimulation,
     part: Option<&VisibleRegion>,
-    flights: &[LoggedFlight],
-) -> Vec<PistonPath> {
-    let shown = view
-        .bodies()
-        .filter(|body| part.is_none_or(|part| part.has(body.body)));
-    let (mut paths, mut before) = (Vec::new(), 0);
-    for body in shown {
-        let wall = before;
-        before += body.wall_segments().count();
-        let (Some(axis), Some((acceleration, stops))) =
-            (body.body.axis_of_piston(), view.piston(body.body.key()))
-        else {
-            continue;
-        };
-        let own = flights
-            .iter()
-            .filter(|flight| flight.body == body.body.id());
-        let begins = view.time().to_f64();
-        let path = own.map(|flight| {
-            [
-                flight.time - begins,
-                flight.position[axis],
-                flight.velocity[axis],
-            ]
-        });
-        paths.push(PistonPath {
-            wall,
-            axis,
-            acceleration,
-            spring: view.spring(body.body.key()),
-            stops,
-            path: path.collect(),
-        });
+    until: f64,
+) -> Vec<WallPath> {
+    let view = simulation.view();
+    let oscillates = |body: &BodyView<'_>| view.oscillation(body.body.key()).is_some();
+    let moves = |body: &BodyView<'_>| {
+        body.body.is_wall() && (body.body.is_piston() || !body.motion.is_at_rest())
+    };
+    if !view.bodies().any(|body| moves(&body) && !oscillates(&body)) {
+        return Vec::new();
     }
-    paths
+    let sides = view.bounds().sides();
+    let mut paths: Vec<Vec<[f64; 4]>> = Vec::new();
+    let mut twin = simulation.clone();
+    let begins = view.time().to_f64();
+    for sample in 0..=PATH_INTERVALS {
+        let share = sample as f64 / PATH_INTERVALS as f64;
+        // A failure of the copy is ignored: the run itself reports it.
+        if sample > 0 && twin.run_until(begins + share * (until - begins)).is_err() {
+            break;
+        }
+        let now = wall_ends(&twin.view(), part);
+        paths.resize(now.len().max(paths.len()), Vec::new());
+        for (path, ends) in paths.iter_mut().zip(now) {
+            let ends = path
+                .last()
+                .map_or(ends, |last| nearest_image(ends, *last, sides));
+            path.push(ends);
+        }
+    }
+    let oscillating: Vec<bool> = shown(&view, part)
+        .flat_map(|body| vec![oscillates(&body); body.wall_segments().count()])
+        .collect();
+    let is_sampled = |(wall, path): &(usize, Vec<[f64; 4]>)| {
+        oscillating.get(*wall) != Some(&true) && path.iter().any(|ends| *ends != path[0])
+    };
+    let all = paths.into_iter().enumerate().filter(is_sampled);
+    all.map(|(wall, ends)| WallPath { wall, ends }).collect()
 }
 
-/// The ends of each visible wall, half its thickness (length), and its motion if it moves.
+/// The image of a wall whose first end is nearest to where it was.
+fn nearest_image(ends: [f64; 4], last: [f64; 4], sides: DVec2) -> [f64; 4] {
+    let boxes = [0, 1].map(|axis| ((last[axis] - ends[axis]) / sides[axis]).round());
+    [0, 1, 2, 3].map(|place| ends[place] + boxes[place % 2] * sides[place % 2])
+}
+
+/// The bodies in the visible part.
+fn shown<'a>(
+    view: &'a View<'_>,
+    part: Option<&'a VisibleRegion>,
+) -> impl Iterator<Item = BodyView<'a>> {
+    view.bodies()
+        .filter(move |body| part.is_none_or(|part| part.has(body.body)))
+}
+
+/// The ends of each visible wall (length).
+fn wall_ends(view: &View<'_>, part: Option<&VisibleRegion>) -> Vec<[f64; 4]> {
+    let ends = |body: BodyView<'_>| {
+        let segments = body.wall_segments();
+        segments
+            .map(|[from, to]| [from.x, from.y, to.x, to.y])
+            .collect::<Vec<_>>()
+    };
+    shown(view, part).flat_map(ends).collect()
+}
+
+/// The ends of each visible wall, half its thickness (length), and its oscillation if it has one.
 fn walls(view: &View<'_>, part: Option<&VisibleRegion>) -> Vec<Vec<f64>> {
-    let shown = view
-        .bodies()
-        .filter(|body| part.is_none_or(|part| part.has(body.body)));
     let walls = |body: BodyView<'_>| {
         let radius = body.body.molecule().wall_edge().map_or(0.0, Edge::radius);
-        let motion = body.motion;
         let oscillation = view.oscillation(body.body.key());
-        body.wall_segments().map(move |[from, to]| {
+        let of_segment = move |[from, to]: [DVec2; 2]| {
             let mut numbers = vec![from.x, from.y, to.x, to.y, radius];
-            if !motion.is_at_rest() {
-                let (pivot, velocity) = (motion.position, motion.velocity);
-                let spin = motion.angular_velocity;
-                numbers.extend([pivot.x, pivot.y, velocity.x, velocity.y, spin]);
-            }
             if let Some(drive) = oscillation {
                 let amplitude = drive.amplitude();
-                numbers.truncate(5);
                 numbers.extend([amplitude.x, amplitude.y]);
                 numbers.extend([drive.frequency(), drive.phase().radians()]);
             }
             numbers
-        })
+        };
+        body.wall_segments().map(of_segment).collect::<Vec<_>>()
     };
-    shown.flat_map(walls).collect()
+    shown(view, part).flat_map(walls).collect()
 }
 
 /// The first moving body, if no other has its shape, and it is none of many different sizes of one
@@ -503,6 +518,37 @@ mod tests {
             assert!((x.abs() - 0.05).abs() < 1e-6 && (y.abs() - 0.05).abs() < 1e-6);
         }
         assert!(shapes[1].get("lines").is_none(), "a disc has none");
+    }
+
+    #[test]
+    fn walls_and_pistons_are_drawn_where_they_are() {
+        let of = |walls: &str| {
+            let gas = "[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 20\n";
+            let mut simulation =
+                AnySimulation::new(&Scene::from_toml(&format!("{walls}{gas}")).unwrap()).unwrap();
+            let animation: Value = serde_json::from_str(&json(&simulation).unwrap()).unwrap();
+            let path = animation["wall_paths"][0]["ends"].as_array().unwrap();
+            let until = animation["until"].as_f64().unwrap();
+            assert_eq!(path.len(), PATH_INTERVALS + 1);
+            for sample in [1, 333, 501, PATH_INTERVALS] {
+                let time = until * sample as f64 / PATH_INTERVALS as f64;
+                simulation.run_until(time).unwrap();
+                let wall = animation["wall_paths"][0]["wall"].as_u64().unwrap() as usize;
+                let there = wall_ends(&simulation.view(), None)[wall];
+                for (place, drawn) in path[sample].as_array().unwrap().iter().enumerate() {
+                    let apart = drawn.as_f64().unwrap() - there[place];
+                    assert!((apart - apart.round()).abs() < 1e-12, "{walls}: {apart}");
+                }
+            }
+        };
+        of(
+            "[[wall]]\nx = 0.0\n[[wall]]\nx = 0.5\nmotion = { times = [0.0, 0.1, 0.2], \
+            places = [[0.0, 0.0], [0.05, 0.0], [0.0, 0.0]], repeat = true }\n",
+        );
+        of("[[wall]]\nfrom = [0.7, 0.5]\nto = [0.8, 0.5]\nmotion = { turn = 3.0 }\n");
+        of(
+            "[[piston]]\ny = 0.2\nmass = 10.0\nvelocity = 2.0\nspring = 100.0\nstops = [0.15, 0.25]\n",
+        );
     }
 
     #[test]

@@ -33,6 +33,9 @@ pub fn figure_lines(figures: &[Figure]) -> Vec<String> {
     let (name_width, value_width) = (width(&names), width(&values));
     let line = |((figure, name), value): ((&Figure, &String), &String)| {
         let prediction = match figure.prediction {
+            Some(prediction) if figure.is_approximate() => {
+                format!("  approximation {}", with_error(prediction, None))
+            }
             Some(prediction) => format!("  predicted {}", with_error(prediction, None)),
             None => String::new(),
         };

@@ -1,5 +1,8 @@
 //! Runs of scenes: folder, manifest, checkpoints for resuming, series as files, and a page.
 //!
+//! Internal: a part of the program `carom`. Its public items serve the other crates of it, and
+//! change without notice.
+//!
 //! ```
 //! use carom_runs::sampling_times::sampling_times;
 //!

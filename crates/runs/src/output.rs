@@ -372,7 +372,7 @@ impl Folder {
         header: &[&str],
         rows: impl IntoIterator<Item = R>,
     ) -> Result<()> {
-        self.write(name, table(header, rows)?)
+        self.write(name, csv_table(header, rows)?)
     }
 
     /// Writes a table as CSV whose rows have named fields, which are the header. Without a row the
@@ -400,7 +400,7 @@ impl Folder {
         header: &[&str],
         rows: impl IntoIterator<Item = R>,
     ) -> Result<()> {
-        self.write_lasting(name, table(header, rows)?)
+        self.write_lasting(name, csv_table(header, rows)?)
     }
 }
 
@@ -411,8 +411,15 @@ pub(crate) fn json(content: &impl Serialize) -> Result<String> {
     Ok(text + "\n")
 }
 
-/// Encodes a table as CSV.
-fn table<R: Serialize>(header: &[&str], rows: impl IntoIterator<Item = R>) -> Result<Vec<u8>> {
+/// The bytes of a table as CSV: a header, then one record a row, numbers in their shortest exact
+/// form.
+///
+/// # Errors
+/// A row cannot be encoded.
+pub fn csv_table<R: Serialize>(
+    header: &[&str],
+    rows: impl IntoIterator<Item = R>,
+) -> Result<Vec<u8>> {
     let mut table = csv::WriterBuilder::new()
         .has_headers(false)
         .from_writer(Vec::new());

@@ -2,7 +2,7 @@
 
 use carom::{
     Scene,
-    engine::{GasSpec, MoleculeSpec},
+    engine::{GasSpec, MoleculeSpec, PistonSpec},
 };
 
 /// A sentence for each.
@@ -10,7 +10,8 @@ pub fn remarks(scene: &Scene) -> Vec<String> {
     let mut remarks = Vec::new();
     if !moves(scene) {
         remarks.push(
-            "Nothing moves: no molecule has a velocity, an energy or a temperature above 0."
+            "Nothing moves: no molecule has a velocity, an energy or a temperature above 0, and \
+             nothing pushes it."
                 .to_owned(),
         );
     }
@@ -59,11 +60,19 @@ fn moves(scene: &Scene) -> bool {
     };
     let of_molecule =
         |molecule: &MoleculeSpec| molecule.velocity != [0.0; 2] || molecule.angular_velocity != 0.0;
+    let is_pushed =
+        |piston: &PistonSpec| piston.velocity != 0.0 || piston.force != 0.0 || piston.spring > 0.0;
     scene.gas.iter().any(of_gas)
         || scene.molecule.iter().any(of_molecule)
         || scene.start.from.is_some()
+        || !scene.gravity.is_none()
+        || scene.wall.iter().any(|wall| wall.motion.is_some())
+        || scene.piston.iter().any(is_pushed)
         || scene.stage.iter().any(|stage| {
-            stage.add.iter().any(of_molecule)
+            stage.gravity.is_some_and(|gravity| gravity != [0.0; 2])
+                || !stage.move_wall.is_empty()
+                || !stage.push_piston.is_empty()
+                || stage.add.iter().any(of_molecule)
                 || !stage.set_energy.is_empty()
                 || !stage.set_velocity.is_empty()
                 || !stage.thermostat.is_empty()
@@ -82,6 +91,17 @@ mod tests {
         assert!(of("").starts_with("Nothing moves"));
         assert!(of(&gas.replace("energy = 1.0", "temperature = 0.0")).starts_with("Nothing moves"));
         assert!(of(&gas.replace("count = 5", "area_fraction = 0.0")).starts_with("Nothing moves"));
+        let at_rest =
+            "[[molecule]]\nshape = \"disc\"\natom_radius = 0.1\natom_mass = 1.0\nat = [0.5, 0.5]\n";
+        assert!(of(at_rest).starts_with("Nothing moves"));
+        for pushed in [
+            "[gravity]\nacceleration = [0.0, -1.0]\n",
+            "[[piston]]\nx = 0.1\nmass = 1.0\nvelocity = 1.0\n",
+            "[[wall]]\nx = 0.1\nmotion = { velocity = [1.0, 0.0] }\n",
+            "[[stage]]\nuntil = 1.0\ngravity = [0.0, -1.0]\n",
+        ] {
+            assert_eq!(of(&format!("{at_rest}{pushed}")), "");
+        }
         assert!(
             of(&format!("{gas}[run]\nuntil = 1.0\nsample_interval = 2.0"))
                 .starts_with("Only the start")

@@ -274,7 +274,8 @@ pub fn write_state<T: Serialize>(
     )
 }
 
-/// The bytes of the checkpoint of a run that goes on, at a state of its simulation.
+/// The bytes of the checkpoint of a run that goes on, at a state of its simulation, which took this
+/// processor time (seconds).
 ///
 /// # Errors
 /// It cannot be encoded.
@@ -283,6 +284,7 @@ pub(crate) fn encode_going<O: Serialize>(
     until: f64,
     progress: Done,
     simulation: &Checkpoint,
+    seconds: f64,
     observers: &O,
 ) -> Result<Vec<u8>> {
     let (what, time) = (what.to_owned(), simulation.time());
@@ -297,7 +299,7 @@ pub(crate) fn encode_going<O: Serialize>(
     let state = State {
         simulation: simulation.clone(),
         observers,
-        seconds: 0.0,
+        seconds,
         files: Vec::new(),
     };
     Ok(checkpoint_file::bytes_of(&[

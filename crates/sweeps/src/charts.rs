@@ -8,6 +8,7 @@ use carom_report::{
     page::DataChart,
     table_chart::{self, NamedTable},
 };
+use carom_runs::report::MEASURED_FROM;
 use carom_tables::{Figure, Role, named};
 
 use crate::{
@@ -46,16 +47,19 @@ pub fn charts(study: &Study, points: &[PointResults]) -> Result<(Vec<DataChart>,
     let mut shown: Vec<TableQuantity> = quantities(points)
         .into_iter()
         .filter(|quantity| quantity.has_error || quantity.varies)
+        .filter(|quantity| quantity.name != MEASURED_FROM)
         .collect();
     // Figures that are tested, and then those with a prediction, carry the answer.
     shown.sort_by_key(|quantity| {
         let tested = study.place_of_expectation(&quantity.name);
         // What every run measures comes after what the scene asks for.
         let is_rate = quantity.name.starts_with("collisions per");
+        let is_z = quantity.name.starts_with("compressibility factor");
         (
             tested.unwrap_or(usize::MAX),
             std::cmp::Reverse(quantity.predicted),
             !quantity.has_error,
+            !is_z,
             is_rate,
         )
     });

@@ -1,5 +1,8 @@
 //! Sweeps: a scene at many points of its parameters, with replicas, on one machine or many.
 //!
+//! Internal: a part of the program `carom`. Its public items serve the other crates of it, and
+//! change without notice.
+//!
 //! A [`Study`] names a scene, the keys of it that vary, and the number of replicas. `carom sweep`
 //! runs them ([`several`]); each replica is a file that appears when it has ended ([`stored`]).
 //! Shards are processes with a part of the work each ([`shard`]), and [`merge`] joins their

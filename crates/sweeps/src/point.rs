@@ -137,12 +137,13 @@ pub(crate) fn parts(label: &str) -> Vec<&str> {
 }
 
 /// The last part of a path that is no index, with its value if there is one: `radius = 0.1` of
-/// `gas.0.radius = 0.1`.
+/// `gas.0.radius = 0.1`. A default alone says nothing: `elasticity.default` remains.
 pub(crate) fn short(path: &str) -> &str {
     let key = path.split(" = ").next().unwrap_or(path);
     let name = key
         .rsplit('.')
         .find(|part| part.parse::<usize>().is_err())
+        .filter(|part| *part != "default")
         .unwrap_or(key);
     let begin = key.rfind(name).unwrap_or(0);
     &path[begin..]
@@ -212,6 +213,16 @@ mod tests {
         let scene = one.replica(3);
         assert_eq!((scene.bounds.seed, scene.bounds.replica), (one.seed, 3));
         assert!(i64::try_from(one.seed).is_ok());
+    }
+
+    #[test]
+    fn the_last_word_of_a_key_names_it_unless_it_says_nothing() {
+        assert_eq!(short("gas.0.radius = 0.1"), "radius = 0.1");
+        assert_eq!(short("box.sides.0"), "sides.0");
+        assert_eq!(
+            short("elasticity.default = 0.9"),
+            "elasticity.default = 0.9"
+        );
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Measured figures with errors and predictions, and the statistics that test them.
 //!
+//! Unstable: its public items may change with any version.
+//!
 //! Plain data: no engine and no files. Commands fill it; reports show it.
 //!
 //! ```

@@ -85,13 +85,14 @@ impl Stationarity {
             })
         };
         let blocks: Vec<[f64; 2]> = (0..count).map(sum).collect();
-        let [deviation, change, standard_error] = clearest_change(&blocks)?;
+        let [deviation, change, standard_error] = clearest(changes(&blocks)?)?;
         let is_stationary = deviation <= CHANGED;
         let settled_at = (1..=DIVISIONS / 2)
             .map(|part| part * count / DIVISIONS)
             .filter(|begin| count - begin >= MIN_SETTLED)
             .find(|&begin| {
-                clearest_change(&blocks[begin..]).is_some_and(|[rest, ..]| rest <= SETTLED)
+                let rest = changes(&blocks[begin..]).and_then(clearest);
+                rest.is_some_and(|[rest, ..]| rest <= SETTLED)
             })
             .map(|begin| span[0] + (span[1] - span[0]) * begin as f64 / count as f64)
             .filter(|_| !is_stationary);
@@ -107,6 +108,38 @@ impl Stationarity {
             correlation_time: (inefficiency > CORRELATED).then_some(inefficiency * half_a_block),
         })
     }
+
+    /// Judges Σx / Σw from the blocks of runs that were not measured over the same times: the
+    /// change is the mean of those in the runs, each from the same share of its blocks on. From
+    /// which time on there is none is not known.
+    ///
+    /// `None` if one of them cannot be judged; see [`new`](Self::new).
+    pub fn of_separate(runs: &[Vec<[f64; 2]>]) -> Option<Self> {
+        if runs.iter().any(|run| run.len() < MIN_JUDGED) {
+            return None;
+        }
+        let of_runs: Vec<_> = runs.iter().map(|run| changes(run)).collect::<Option<_>>()?;
+        let count = runs.len() as f64;
+        let mean = |place: usize| -> [f64; 2] {
+            let change: f64 = of_runs.iter().map(|changes| changes[place][0]).sum();
+            let squares: f64 = of_runs
+                .iter()
+                .map(|changes| changes[place][1].powi(2))
+                .sum();
+            [change / count, squares.sqrt() / count]
+        };
+        let [deviation, change, standard_error] = clearest([0, 1, 2].map(mean))?;
+        let inefficiency = statistical_inefficiency(runs)?;
+        let all: usize = runs.iter().map(Vec::len).sum();
+        Some(Self {
+            is_stationary: deviation <= CHANGED,
+            change,
+            standard_error,
+            settled_at: None,
+            independent_blocks: all as f64 / inefficiency.max(1.0),
+            correlation_time: None,
+        })
+    }
 }
 
 /// The variance of the mean over that of independent blocks: twice the correlation time in blocks,
@@ -118,9 +151,22 @@ fn statistical_inefficiency(runs: &[Vec<[f64; 2]>]) -> Option<f64> {
     Some((correlated / independent).powi(2)).filter(|ratio| ratio.is_finite())
 }
 
-/// The clearest difference of a later from an earlier part: in standard errors, in the unit of the
-/// mean, and its error.
-fn clearest_change(blocks: &[[f64; 2]]) -> Option<[f64; 3]> {
+/// The clearest of some changes: in standard errors, in the unit of the mean, and its error.
+fn clearest(changes: [[f64; 2]; EARLIER.len()]) -> Option<[f64; 3]> {
+    let in_errors = |[change, error]: [f64; 2]| [change.abs() / error, change, error];
+    let clearest = changes
+        .into_iter()
+        .map(in_errors)
+        .max_by(|a, b| a[0].total_cmp(&b[0]))?;
+    clearest
+        .iter()
+        .all(|number| number.is_finite())
+        .then_some(clearest)
+}
+
+/// The mean of a later part less that of the earlier one, for each division, with its standard
+/// error (unit of the mean).
+fn changes(blocks: &[[f64; 2]]) -> Option<[[f64; 2]; EARLIER.len()]> {
     if blocks.iter().any(|[_, weight]| *weight <= 0.0) {
         return None;
     }
@@ -131,21 +177,13 @@ fn clearest_change(blocks: &[[f64; 2]]) -> Option<[f64; 3]> {
     if of_block <= 0.0 {
         return None;
     }
-    let change = |share: &f64| {
+    Some(EARLIER.map(|share| {
         let first = (share * count as f64) as usize;
         let [earlier, rest] = [&blocks[..first.max(1)], &blocks[first.max(1)..]];
         let change = mean(rest) - mean(earlier);
         let error = of_block * (1.0 / earlier.len() as f64 + 1.0 / rest.len() as f64).sqrt();
-        [change.abs() / error, change, error]
-    };
-    let clearest = EARLIER
-        .iter()
-        .map(change)
-        .max_by(|a, b| a[0].total_cmp(&b[0]))?;
-    clearest
-        .iter()
-        .all(|number| number.is_finite())
-        .then_some(clearest)
+        [change, error]
+    }))
 }
 
 fn mean(blocks: &[[f64; 2]]) -> f64 {
@@ -185,6 +223,27 @@ mod tests {
                 [mean(f64::from(block) / 64.0) + x, 1.0]
             })
             .collect()
+    }
+
+    #[test]
+    fn runs_that_begin_at_different_times_are_judged_together() {
+        let mut random = Random(0x9e37_79b9_7f4a_7c15);
+        // A change that no run shows alone.
+        let mut drifting = || run(&mut random, 0.0, |share| 1.0 * share);
+        let runs: Vec<_> = (0..16).map(|_| drifting()).collect();
+        let alone = Stationarity::of_separate(&runs[..1]).unwrap();
+        let together = Stationarity::of_separate(&runs).unwrap();
+        assert!(
+            alone.is_stationary && !together.is_stationary,
+            "{alone:?} {together:?}"
+        );
+        assert!((together.change - 0.5).abs() < 4.0 * together.standard_error);
+        // Of equal durations the changes are those of the sums.
+        let of_sums = Stationarity::new(&runs, [0.0, 1.0]).unwrap();
+        assert!((together.change / of_sums.change - 1.0).abs() < 1e-9);
+        let mut constant = || run(&mut random, 0.0, |_| 3.0);
+        let runs: Vec<_> = (0..16).map(|_| constant()).collect();
+        assert!(Stationarity::of_separate(&runs).unwrap().is_stationary);
     }
 
     /// The shares of 400 measurements that are called changing, and that have settled.
@@ -236,7 +295,7 @@ mod tests {
 
     #[test]
     fn replicas_show_a_change_that_one_does_not() {
-        let mut random = Random(7);
+        let mut random = Random(0x9e37_79b9_7f4a_7c15);
         let runs: Vec<_> = (0..40)
             .map(|_| run(&mut random, 0.0, |t| 100.0 - 0.8 * t))
             .collect();

@@ -344,10 +344,11 @@ impl Table {
         self.column(label, label, unit, Role::Derived, values)
     }
 
-    /// Gives the last column another name in the legend.
+    /// Gives the last column that holds no errors another name in the legend.
     #[must_use]
     pub fn labelled(mut self, label: &str) -> Self {
-        if let Some(column) = self.columns.last_mut() {
+        let mut columns = self.columns.iter_mut().rev();
+        if let Some(column) = columns.find(|column| column.role != Role::StandardError) {
             label.clone_into(&mut column.label);
         }
         self

@@ -1,5 +1,8 @@
 //! The laboratory of `carom live` as a WebAssembly module, for a worker of a browser.
 //!
+//! Internal: a part of the program `carom`. Its public items serve the other crates of it, and
+//! change without notice.
+//!
 //! The module has no imports but a clock and a channel for the message of a panic, and speaks the
 //! messages of `carom live` (`crates/live/src/protocol.rs`). The worker is
 //! `crates/web/src/worker.js`.

@@ -94,7 +94,7 @@ pub fn run(options: &ReleaseOptions) -> Result<Verdict> {
         skipped.push("the installation in an empty folder: --install does it".to_owned());
     }
     let files = checksums(&folder)?;
-    let commands = commands(version, &crates, &skipped);
+    let commands = commands(version, &crates, &skipped, &folder);
     write(&folder.join("COMMANDS.md"), &commands)?;
     print_line(&format!("release: {files} files with checksums"));
     for part in &skipped {
@@ -353,7 +353,7 @@ fn checksums(folder: &Path) -> Result<usize> {
 }
 
 /// The commands that an owner with accounts gives to publish this release.
-fn commands(version: &str, crates: &[&Package], skipped: &[String]) -> String {
+fn commands(version: &str, crates: &[&Package], skipped: &[String], folder: &Path) -> String {
     let names: Vec<String> = crates
         .iter()
         .map(|package| format!("cargo publish --locked --package {}", package.name))
@@ -371,11 +371,12 @@ fn commands(version: &str, crates: &[&Package], skipped: &[String]) -> String {
          In the repository, at the commit of the release, with accounts:\n\n```sh\n\
          git tag --sign v{version} --message 'carom {version}' && git push origin v{version}\n\
          {}\n\
-         maturin upload target/release-files/python/*\n\
+         maturin upload {}/python/*\n\
          cargo xtask site && rsync --archive --delete target/site/ \"$SITE\"\n```\n\n\
          Then attach this folder to the tag `v{version}` with `changes.md` as its text, and deposit \
          it where it gets a DOI; enter the DOI in `CITATION.cff` and `codemeta.json`.\n",
-        names.join("\n")
+        names.join("\n"),
+        folder.display()
     )
 }
 

@@ -32,12 +32,14 @@
 //! contacts at ever shorter intervals, since its gap bends by v²/R; an elastic contact changes
 //! nothing in this. There the surfaces separate with at least c w, whatever their speed of
 //! approach: the body follows the wall by chords of length 2 c R. This, too, changes energies by a
-//! relative c² for each time that a body begins to slide.
+//! relative c² for each time that a body begins to slide. So do the two points of a tether at its
+//! longest, of which one follows a circle about the other.
 //!
 //! **Gravity.** A body that has come to rest on a fixed one falls back on it after 2 u'/g. There
 //! the surfaces separate with at least c √(2 R g), the guard's share of the speed after a fall by
 //! the diameter 2 R: a bed stays barely warm, with bounces to c² of a diameter. Under a gravity
-//! time has a unit of its own, and velocities times a power of two are another scene.
+//! time has a unit of its own, and velocities times a power of two are another scene. The same
+//! holds where a force presses a piston on a body, with the relative acceleration of both.
 //!
 //! # Lemmas
 //!
@@ -53,11 +55,12 @@
 //!    again. Measured for c = 10⁻⁴ at area fractions from 0.1 to 0.65: 5·10⁻⁶ to 2·10⁻⁴ of all
 //!    contacts.
 
+use carom_detection::TetherBound;
 use carom_kinematics::Motion;
 use carom_response::{ContactFrame, Elasticity, MAX_COEFFICIENT, approach_speed};
 use glam::DVec2;
 
-use crate::world::body::Body;
+use crate::world::{body::Body, contact_event::TouchingParts};
 
 /// The guard; see the [module](self).
 #[derive(Debug, Clone, Copy, Default)]
@@ -76,13 +79,14 @@ pub(crate) struct Partner<'a> {
 
 impl Guard {
     /// Returns a higher elasticity for a contact of elasticity below 1; `None` if it keeps its own.
+    /// `fall` is the relative acceleration of the bodies (length / time²).
     #[cold]
     pub(crate) fn raise(
         self,
         elasticity: Elasticity,
-        frame: &ContactFrame,
+        (frame, parts): (&ContactFrame, TouchingParts),
         [a, b]: [Partner<'_>; 2],
-        gravity: DVec2,
+        fall: DVec2,
     ) -> Option<Elasticity> {
         let approach = approach_speed(frame, [a.motion, b.motion]);
         let radii = [&a, &b].map(|partner| partner.body.kind.molecule.bounding_radius());
@@ -102,18 +106,15 @@ impl Guard {
             return None;
         }
         let bounces = self.contact_time * speed / approach;
-        let of_bend = if follows_concave_wall(frame, [&a, &b]) {
+        let is_taut = matches!(parts, TouchingParts::Bond(_, TetherBound::Longest));
+        let of_bend = if is_taut || follows_concave_wall(frame, [&a, &b]) {
             bounces
         } else if turns(&a) || turns(&b) {
             bounces.min(1.0)
         } else {
             0.0
         };
-        let of_fall = if a.body.is_fixed() || b.body.is_fixed() {
-            self.contact_time * (diameter * gravity.length()).sqrt() / approach
-        } else {
-            0.0
-        };
+        let of_fall = self.contact_time * (diameter * fall.length()).sqrt() / approach;
         let least = of_bend.max(of_fall).min(MAX_COEFFICIENT);
         if soon(&a) && soon(&b) {
             return Elasticity::ELASTIC.with_coefficient(least.max(1.0)).ok();

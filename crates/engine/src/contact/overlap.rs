@@ -170,4 +170,37 @@ mod tests {
             "{overlaps:?}"
         );
     }
+
+    #[test]
+    fn a_body_within_a_solid_square_overlaps_it() {
+        for (shape, half_width) in [
+            ("shape = \"ellipse:2\"\nsize = 0.04\nmass = 1.0", 0.01),
+            (
+                "shape = \"disc\"\natom_radius = 0.01\natom_mass = 1.0",
+                0.01,
+            ),
+        ] {
+            let square = "shape = \"square\"\nsize = 0.4\nmass = 1.0\nat = [0.5, 0.5]";
+            let body = format!("{shape}\nat = [0.1, 0.1]");
+            let body = body.as_str();
+            for entries in [[square, body], [body, square]] {
+                let text = entries.map(|entry| format!("[[molecule]]\n{entry}\n"));
+                let scene = Scene::from_toml(&text.concat()).unwrap();
+                let mut simulation = Simulation::new(&scene).unwrap();
+                assert_eq!(simulation.view().overlaps().pairs, 0);
+                let inner = (simulation.world.bodies.iter())
+                    .position(|body| body.molecule().edges().is_empty())
+                    .unwrap();
+                simulation.world.motions[inner].position = DVec2::new(0.5, 0.52);
+                let overlaps = simulation.view().overlaps();
+                assert_eq!(overlaps.pairs, 1, "{text:?}");
+                // The corners have a radius of 10⁻⁶ sizes.
+                let depth = 0.18 + 4e-7 + half_width;
+                assert!(
+                    (overlaps.deepest_length - depth).abs() < 1e-12,
+                    "{overlaps:?}"
+                );
+            }
+        }
+    }
 }

@@ -142,6 +142,18 @@ impl<R: Response> Rules<'_, R> {
         }
     }
 
+    /// The acceleration of the second body relative to the first (length / time²).
+    fn fall(&self, bodies: [u32; 2]) -> DVec2 {
+        let [of_first, of_second] = bodies.map(|body| {
+            if self.world.bodies[body as usize].is_fixed() {
+                DVec2::ZERO
+            } else {
+                self.world.acceleration(body as usize)
+            }
+        });
+        of_second - of_first
+    }
+
     /// Resolves any contact.
     #[inline(never)]
     pub fn resolve(&self, encounter: &ContactPair) -> Resolved {
@@ -172,8 +184,8 @@ impl<R: Response> Rules<'_, R> {
                 since: self.world.clock.duration(time) - self.world.clock.duration(last[n]),
             };
             let guard = self.elasticity.guard;
-            let pair = [partner(0), partner(1)];
-            let raised = guard.raise(of_table, &frame, pair, self.world.gravity);
+            let partners = [partner(0), partner(1)];
+            let raised = guard.raise(of_table, (&frame, parts), partners, self.fall(bodies));
             elasticity = raised.unwrap_or(of_table);
         }
         let inertias = pair.map(|body| &body.kind.inertia);

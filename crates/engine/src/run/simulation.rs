@@ -37,10 +37,11 @@ use crate::{
 const EPOCHS_OF_SEARCH: f64 = 4.0;
 
 /// Largest ratio of the kinetic energy to that put into the system and that of all bodies at the
-/// speed of the fastest wall, where walls have constant velocities: 2²⁸. A body between two walls
-/// that close is then 2¹⁴ times as fast, in a gap 2¹⁴ times narrower. Smaller: a real compression
-/// is refused. Larger: more contacts until the run ends, in proportion to its square root.
-const MAX_COMPRESSION: f64 = 268_435_456.0;
+/// speed of the fastest wall, where walls have constant velocities: 2²⁰. A body between two walls
+/// that close is then 2¹⁰ times as fast, in a gap 2¹⁰ times narrower, and a gas that is compressed
+/// slowly has a millionth of its area. Smaller: a real compression is refused. Larger: more
+/// contacts until the run ends, in proportion to its square root.
+const MAX_COMPRESSION: f64 = 1_048_576.0;
 
 /// Largest difference between two equal times, relative to them: each is rounded a few times.
 const SAME_TIME: f64 = 4.0 * f64::EPSILON;

@@ -13,7 +13,10 @@ pub(crate) fn drag_clock(entry: &str, drag: f64) -> Result<DragClock, SceneError
     }
     Err(SceneError::Entry {
         entry: entry.to_owned(),
-        problem: format!("a drag must be from 0 to {MAX_MAGNITUDE:e} (1/time), but is {drag}"),
+        problem: format!(
+            "a drag must be from 0 to {MAX_MAGNITUDE:e} (1/time), but is {drag}; leave it out for none, and let a \
+             thermostat heat bodies"
+        ),
     })
 }
 

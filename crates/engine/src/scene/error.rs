@@ -339,7 +339,10 @@ pub enum EditError {
     )]
     Energy(f64),
     /// The body is fixed: its velocity, its energy and its rotation cannot be changed.
-    #[error("{0} is fixed: neither its motion, its energy nor its rotation can be changed")]
+    #[error(
+        "{0} is fixed: neither its motion, its energy nor its rotation can be changed; give the bodies that move a tag \
+         of their own"
+    )]
     Fixed(BodyName),
     /// The orientation of the body is locked, or it is a single disc.
     #[error(

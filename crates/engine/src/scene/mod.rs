@@ -544,9 +544,10 @@ pub struct RunSpec {
 /// A stage of a run: edits at its start, thermostats while it lasts, and whether it is measured.
 ///
 /// A stage starts where the one before it ends, the first at time 0. Its edits are made together or
-/// not at all, in the order `remove`, `add`, `add_wall`, `tag`, `untag`, `elasticity`,
-/// `transparent`, `well`, `reaction`, `unbond`, `bond`, `lock`, `unlock`, `set_energy`,
-/// `set_velocity`; those of the first stage before the first sample. At one instant, first a sample
+/// not at all, in the order `remove`, `add`, `add_wall`, `move_wall`, `push_piston`, `tag`,
+/// `untag`, `elasticity`, `drag`, `gravity`, `shear_rate`, `transparent`, `well`, `reaction`,
+/// `unbond`, `bond`, `lock`, `unlock`, `set_energy`, `set_velocity`; those of the first stage
+/// before the first sample. At one instant, first a sample
 /// is taken, then a stage starts, then thermostats act in the order of their list. Instants that
 /// differ by less than 1e-9 of the shortest interval of the run are one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -119,6 +119,20 @@ fn in_words(message: &str, place: &str) -> String {
     }
 }
 
+/// Keys that a reader expects in a `[[container]]`, and why there are none.
+const NO_CONTAINERS: [(&str, &str); 2] = [
+    (
+        "ellipse",
+        "there is no elliptic container, because a disc can touch an ellipse from inside at two \
+         points at once, and such contacts are not certified: use `circle` or `stadium`",
+    ),
+    (
+        "arc",
+        "an arc encloses nothing: give it as a wall, [[wall]] with `arc`, or use `circle`, \
+         `stadium` or `mushroom`",
+    ),
+];
+
 /// A suggestion for an error message of serde, "unknown field `x`, expected one of `a`, `b`", or
 /// nothing for another message.
 pub(crate) fn suggestion(message: &str) -> String {
@@ -126,6 +140,11 @@ pub(crate) fn suggestion(message: &str) -> String {
     match names.next() {
         Some(word) if message.starts_with("unknown ") => {
             let (near, full): (String, Vec<&str>) = (format!("atom_{word}"), names.collect());
+            let no_container = NO_CONTAINERS.iter().find(|(name, _)| *name == word);
+            // The other tables have no stadium.
+            if let (Some((_, reason)), true) = (no_container, full.contains(&"stadium")) {
+                return format!("; {reason}");
+            }
             // A gas of discs has `radius` and `mass`, a molecule `atom_radius` and `atom_mass`.
             let of_atoms = full.iter().find(|name| **name == near);
             let of_atoms = of_atoms.map(|name| format!("; did you mean `{name}`?"));
@@ -151,6 +170,13 @@ mod tests {
         let text = "unknown field `radius`, expected one of `at`, `atom_radius`, `atom_mass`";
         assert_eq!(suggestion(text), "; did you mean `atom_radius`?");
         assert_eq!(suggestion("unknown field `xyz`, there are no fields"), "");
+        let keys = "expected one of `tags`, `circle`, `stadium`, `mushroom`, `temperature`";
+        for (key, reason) in NO_CONTAINERS {
+            let text = format!("unknown field `{key}`, {keys}");
+            assert_eq!(suggestion(&text), format!("; {reason}"));
+        }
+        let text = "unknown field `ellipse`, expected one of `shape`, `ellipses`";
+        assert_eq!(suggestion(text), "; did you mean `ellipses`?");
     }
 
     #[test]

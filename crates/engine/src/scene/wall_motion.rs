@@ -37,7 +37,7 @@ use crate::scene::{
 #[doc(alias = "piston")]
 pub struct WallMotionSpec {
     /// Velocity (length per time); of a wall that turns that of its pivot. Default: 0. Of a wall
-    /// across the box only the component across it has an effect.
+    /// across the box only the component across it has an effect, unless contacts are rough.
     #[serde(deserialize_with = "vector", skip_serializing_if = "is_zero_vector")]
     #[cfg_attr(feature = "schema", schemars(inner(range(min = -MAX_MAGNITUDE, max = MAX_MAGNITUDE))))]
     pub velocity: [f64; 2],

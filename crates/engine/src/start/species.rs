@@ -371,7 +371,8 @@ fn check_energy(entry: &str, spec: &GasSpec) -> Result<(), SceneError> {
     Ok(())
 }
 
-/// The number of equal molecules.
+/// The number of equal molecules: of an area, the one that covers the nearest to it in whole
+/// chains.
 fn count(
     entry: &str,
     spec: &GasSpec,
@@ -381,7 +382,9 @@ fn count(
     let count = match requested(entry, spec, bounds)? {
         Requested::Count(count) => count,
         Requested::Area(area) => {
-            let count = (area / molecule.area()).round() as usize;
+            let members = spec.chain.as_ref().map_or(1, |chain| chain.members.max(1));
+            let chains = (area / (members as f64 * molecule.area())).round() as usize;
+            let count = chains.saturating_mul(members);
             if area > 0.0 && count == 0 {
                 return Err(too_small(entry, spec, bounds, molecule.area()));
             }

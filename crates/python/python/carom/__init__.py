@@ -1,7 +1,7 @@
 """Exact event-driven simulation of two-dimensional gases of rigid molecules.
 
-A molecule is a rigid union of discs. Between contacts it moves with constant velocity and angular
-velocity; contacts are instantaneous and smooth. There is no time step, and nothing passes through
+A molecule is a rigid union of discs, straight edges and ellipses. Between contacts it flies freely;
+contacts are instantaneous, smooth or rough. There is no time step, and nothing passes through
 anything.
 
 >>> import carom

@@ -34,8 +34,8 @@ class Scene:
     source : mapping, str or path, optional
         The tables of a scene as a mapping, the text of a scene file, or the path of one (a
         ``Path``, or a text that ends in ``.toml``). Keywords replace its entries.
-    box : sequence of two float, optional
-        Sides of the periodic box (length). Default: 1 by 1.
+    box : sequence of two float or mapping, optional
+        Sides of the periodic box (length), or its table with other keys. Default: 1 by 1.
     seed, replica : int, optional
         Seed of all random numbers, and number of the replica. Default: 0.
     gas, molecule, bumper, wall : mapping or sequence of mappings, optional
@@ -73,7 +73,7 @@ class Scene:
         source: Mapping[str, Any] | str | os.PathLike[str] | Scene | None = None,
         /,
         *,
-        box: Sequence[float] | None = None,
+        box: Sequence[float] | Mapping[str, Any] | None = None,
         seed: int | None = None,
         replica: int | None = None,
         gas: Entries | None = None,
@@ -89,7 +89,8 @@ class Scene:
     ) -> None:
         self._snapshot: str | None = None
         tables = self._read(source)
-        bounds = {"sides": box, "seed": seed, "replica": replica}
+        of_box = box if isinstance(box, Mapping) else {"sides": box}
+        bounds = {**of_box, "seed": seed, "replica": replica}
         given = {key: plain(value) for key, value in bounds.items() if value is not None}
         if given:
             old = tables.get("box", {})

@@ -1123,6 +1123,122 @@ class Simulation:
         names = ("reaction", "is_in_force", "contacts", "reactions", "blocked", "energy")
         return [dict(zip(names, values)) for values in self._core.reactions()]
 
+    def set_transparent(self, pairs: Sequence[str | Sequence[str]]) -> None:
+        """Replaces the pairs of bodies that do not see each other; an empty list ends them.
+
+        Parameters
+        ----------
+        pairs : sequence of str or of two str
+            Two tags, or one for bodies of this tag with each other, as in ``[[transparent]]`` of a
+            scene.
+
+        Raises
+        ------
+        EditError
+            Bodies overlap that would see each other; nothing has changed.
+
+        Examples
+        --------
+        >>> import carom
+        >>> gas = {"radius": 0.02, "mass": 1, "energy": 1, "count": 100, "tags": ["ideal"]}
+        >>> sim = carom.Simulation({"gas": [gas]})
+        >>> sim.set_transparent(["ideal"])
+        >>> sim.run(until=1)
+        >>> sim.collision_count
+        0
+        """
+        if isinstance(pairs, str):
+            raise TypeError("`pairs` must be a list of tags and of pairs of tags, but is one text")
+        rules = [{"between": _between(tags)} for tags in pairs]
+        self._core.set_transparent(_carom.scene_of({"transparent": rules}))
+
+    def thermostat(
+        self,
+        tag: str,
+        kind: str = "energy-reset",
+        *,
+        every: float | None = None,
+        energy: float | None = None,
+        temperature: float | None = None,
+        speed: float | None = None,
+        rotational_diffusion: float | None = None,
+        translational_diffusion: float | None = None,
+        friction: float | None = None,
+        momentum: float | Sequence[float] | None = None,
+    ) -> None:
+        """Changes the velocities of all bodies of a tag once, by a rule.
+
+        Call it before each run of a loop for a rule that acts at regular times; the entries
+        ``thermostat`` of a stage do so in :func:`run`. Random numbers follow from seed, replica,
+        body, and the number of actions before, which a saved simulation keeps.
+
+        Parameters
+        ----------
+        tag : str
+            The bodies.
+        kind : str
+            ``"energy-reset"``, ``"maxwell"``, ``"active"``, ``"langevin"``, ``"rotate"``,
+            ``"kick"`` or ``"rescale"``, see ``crates/book/src/stages.md``. The first two leave out
+            fixed bodies, the others refuse them.
+        every : float, optional
+            Time until the next action; ``active`` and ``langevin`` need it.
+        energy, temperature : float, optional
+            Kinetic energy of each body, or kT (mass · length² / time²). ``energy-reset`` and
+            ``maxwell`` take one of them, ``langevin`` and ``rescale`` the temperature.
+        speed, rotational_diffusion, translational_diffusion : float, optional
+            Of ``active``: speed along the axis (length / time), D_r (radians² / time), and D_T
+            (length² / time), 0 by default.
+        friction : float, optional
+            Of ``langevin``: γ (1 / time).
+        momentum : float or two floats, optional
+            Of ``kick``: a magnitude in random directions, or a vector (mass · length / time).
+
+        Raises
+        ------
+        EditError
+            No body carries the tag, a number is missing or out of range, or a body cannot have the
+            motion; nothing has changed.
+        SceneError
+            The kind is unknown.
+
+        Examples
+        --------
+        >>> import carom
+        >>> gas = {"radius": 0.01, "mass": 1, "energy": 0.5, "count": 100, "tags": ["gas"]}
+        >>> sim = carom.Simulation({"gas": [gas]})
+        >>> sim.thermostat("gas", "kick", momentum=[2.0, 0.0])
+        >>> sim.momentum.round(9).tolist()
+        [200.0, 0.0]
+        >>> for step in range(1, 11):
+        ...     sim.thermostat("gas", "langevin", every=0.1, friction=2.0, temperature=1.0)
+        ...     sim.run(until=0.1 * step)
+        """
+        entry: dict[str, Any] = {"tag": word("tag", tag), "kind": word("kind", kind)}
+        if every is None and kind in ("active", "langevin"):
+            raise TypeError(f"`every` is missing: {kind!r} needs the time until the next action")
+        numbers = {
+            "every": every,
+            "energy": energy,
+            "temperature": temperature,
+            "speed": speed,
+            "rotational_diffusion": rotational_diffusion,
+            "translational_diffusion": translational_diffusion,
+            "friction": friction,
+        }
+        for key, value in numbers.items():
+            if value is not None:
+                entry[key] = number(key, value)
+        interval = entry.setdefault("every", 1.0)
+        if not (interval > 0 and math.isfinite(interval)):
+            raise ValueError(f"`every` must be above 0 and finite, but is {interval!r}")
+        if momentum is not None:
+            vector = array("momentum", momentum)
+            if vector.shape not in ((), (2,)):
+                raise ValueError(f"`momentum` must be a number or [x, y], but is {momentum!r:.60}")
+            entry["momentum"] = vector.tolist()
+        self._core.ids_of(tag)
+        self._core.thermostat(_carom.scene_of({"stage": [{"until": 1.0, "thermostat": [entry]}]}))
+
     def set_drag(self, drag: float) -> None:
         """Changes the drag γ of all bodies: from now on v' = −γ v and ω' = −γ ω between contacts.
 

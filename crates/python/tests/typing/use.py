@@ -30,5 +30,7 @@ needle = carom.Molecule([(0, 0, 0.1, 1), (1, 0, 0.1, 1)], edges=[(0, 1)], edge_r
 lines: list[carom.ExposedSide] = carom.Molecule.polygon([[0, 0], [1, 0], [0, 1]]).exposed_sides(0.1)
 print(square.edges[0, 1], needle.edge_shares().sum(), lines[0].length, carom.Molecule.kite(1, 0.5, size=1.0).area)
 sim.set_energy(1.0, sim.positions[:, 0] > 0.5)
+sim.thermostat("gas", "langevin", every=0.1, friction=1.0, temperature=2.0)
+sim.set_transparent(["gas", ("gas", "x")])
 carom.load("x").run(1)
 carom.open_run("y")["x"]

@@ -5,17 +5,16 @@ use carom::{Scene, View, engine::MeasureFrom};
 use carom_tables::with_error;
 use serde::Serialize;
 
+use crate::{
+    measures::{self, COLLISIONS_TO_FORGET, FREE_TIMES_FOR_TRANSPORT},
+    schedule::stages,
+};
+
 use super::{
     aligned::{bytes, duration, short, table},
     contents::CheckedContents,
     trial::TrialEstimate,
 };
-use crate::schedule::stages;
-
-/// Collisions of each body after which the start is forgotten, in a fluid that is not near its
-/// transition.
-const COLLISIONS_TO_FORGET: f64 = 50.0;
-
 /// Samples that are farther apart than this many mean free times miss what happens between
 /// collisions; that only matters for correlations in time.
 const MAX_FREE_TIMES_APART: f64 = 100.0;
@@ -25,6 +24,9 @@ const MAX_FREE_TIMES_APART: f64 = 100.0;
 /// Smaller: the scatter of the first contacts counts as a change. Larger: a gas that cools is
 /// described by its mean.
 const CHANGES: f64 = 0.25;
+
+/// The row of the transport coefficients, after that of the measurement.
+const TRANSPORT_ROW: usize = 5;
 
 /// The answers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -42,6 +44,9 @@ pub(super) struct Answers {
     sampling: String,
     /// The start of the measurement, and in words whether it is sensible.
     measured: String,
+    /// In words whether the measurement is long enough for the viscosity and the heat
+    /// conductivity, if they are asked for.
+    transport: Option<String>,
     /// Relative error of a mean over all collisions, at least.
     least_relative_error: Option<f64>,
 }
@@ -66,7 +71,7 @@ impl Answers {
             .map(|rate| contents.moving as f64 / rate);
         // Of a gas that cools, or is heated, the mean over the run is that of no state.
         let changes = |(early, mean): (f64, f64)| (early / mean - 1.0).abs() > CHANGES;
-        let is_early = early.zip(mean).is_some_and(changes);
+        let is_early = !stages::is_equilibrium(scene) && early.zip(mean).is_some_and(changes);
         let free_time = if is_early { early } else { mean };
         let interval = free_time.map(|time| run.sample_interval / time);
         let from = stages::window(scene).0;
@@ -80,6 +85,7 @@ impl Answers {
             sample_interval_in_free_times: interval,
             sampling: sampling(interval),
             measured: measured(run.measure_from, scene, per_body, from),
+            transport: free_time.and_then(|time| transport(scene, (run.until - from) / time)),
             least_relative_error: measured_collisions
                 .filter(|number| *number >= 1.0)
                 .map(|number| 1.0 / number.sqrt()),
@@ -109,7 +115,7 @@ impl Answers {
             None => "unknown: the trial made no progress in time".to_owned(),
         };
         let row = |name: &str, words: String| [name.to_owned(), words];
-        table([
+        let mut rows = vec![
             row("system", contents.sentence()),
             row(
                 "run",
@@ -142,7 +148,11 @@ impl Answers {
             row("time", time),
             row("memory", memory(estimate)),
             row("method", format!("{method}; tiles {tiles}")),
-        ])
+        ];
+        if let Some(words) = &self.transport {
+            rows.insert(TRANSPORT_ROW, row("transport", words.clone()));
+        }
+        table(rows)
     }
 
     /// The least relative error in words.
@@ -215,6 +225,28 @@ fn measured(measure_from: MeasureFrom, scene: &Scene, per_body: Option<f64>, fro
     format!("from t = {} on{words}", short(from))
 }
 
+/// Whether a measurement of this length (mean free times) is long enough for the coefficients that
+/// need long lags; `None` if the scene asks for none.
+fn transport(scene: &Scene, measured: f64) -> Option<String> {
+    let requests = measures::requests(scene).ok()?;
+    let names = requests.iter().map(|request| request.kind.name);
+    let names: Vec<&str> = names.filter(|name| measures::is_transport(name)).collect();
+    let least = FREE_TIMES_FOR_TRANSPORT;
+    let words = if measured >= least {
+        "long enough for an error"
+    } else {
+        "too short for an error"
+    };
+    (!names.is_empty()).then(|| {
+        format!(
+            "{}: {} mean free times are measured, {words} (from {} on)",
+            names.join(", "),
+            short(measured.max(0.0)),
+            short(least)
+        )
+    })
+}
+
 /// Mean speed of the bodies that move (length / time); `None` if nothing moves.
 pub(super) fn mean_speed(view: &View<'_>) -> Option<f64> {
     let speeds = view
@@ -228,6 +260,17 @@ pub(super) fn mean_speed(view: &View<'_>) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_measurement_may_be_too_short_for_transport_coefficients() {
+        let text = "[run]\nuntil = 10.0\nobserve = [\"pressure\", \"viscosity\"]\n";
+        let scene = Scene::from_toml(text).unwrap();
+        let words = |measured| transport(&scene, measured).unwrap();
+        assert!(words(100.0).starts_with("viscosity: 100 mean free times are measured, too short"));
+        assert!(words(400.0).contains("long enough"));
+        let without = Scene::from_toml("[run]\nobserve = [\"pressure\"]\n").unwrap();
+        assert_eq!(transport(&without, 100.0), None);
+    }
 
     #[test]
     fn intervals_and_starts_are_judged() {

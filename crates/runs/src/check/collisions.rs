@@ -2,15 +2,10 @@
 //!
 //! Bodies i and j collide at the rate N_i N_j L_ij g_ij √(kT/2πμ) / A. L_ij is the perimeter of
 //! the region from which one excludes the centre of the other, 2πσ for discs; μ is their reduced
-//! mass. For hard discs this is Enskog's theory. The contact value of a pair in a mixture is
-//!
-//! g_ij = 1/(1 − η) + (g(η) − 1/(1 − η)) z_ij, z_ij = 2 d_i d_j/(d_i + d_j) ⟨d⟩/⟨d²⟩
-//!
-//! with that of equal discs at the same area fraction, g(η), from the pressure of Liu (2021):
-//! Santos, Yuste and López de Haro, Mol. Phys. 96 (1999) 1, after Jenkins and Mancini, J. Appl.
-//! Mech. 54 (1987) 27. A molecule counts as its convex hull, of mean width d and perimeter πd, and
-//! its contacts as if all orientations were equally likely: an estimate. So are the contacts with
-//! walls, at which the density is that of the bulk times βp/n.
+//! mass. For hard discs this is Enskog's theory, with the contact value g_ij of a mixture. A
+//! molecule counts as its convex hull, of mean width d and perimeter πd, and its contacts as if all
+//! orientations were equally likely: an estimate. So are the contacts with walls, at which the
+//! density is that of the bulk times βp/n.
 
 use std::{
     collections::HashMap,
@@ -22,7 +17,7 @@ use glam::DVec2;
 use serde::Serialize;
 
 use crate::{
-    measures::{ENSKOG, HardDiscs},
+    measures::{DiscMixture, ENSKOG},
     schedule::stages,
 };
 
@@ -34,9 +29,6 @@ const DIRECTIONS: usize = 360;
 
 /// Above this area fraction discs freeze, and the theory of the fluid is an estimate.
 const DENSEST_FLUID: f64 = 0.65;
-
-/// Denser systems are estimated as if they had this area fraction: the formula diverges at 1.
-const MAX_AREA_FRACTION: f64 = 0.9;
 
 /// With fewer collisions of a body the order of the start, such as a lattice, is felt.
 const MIN_COLLISIONS: f64 = 10.0;
@@ -282,26 +274,11 @@ fn rate(view: &View<'_>, kinds: &[Kind], temperature: f64) -> f64 {
 /// The contact value of each pair of kinds.
 fn contact_values(view: &View<'_>, kinds: &[Kind]) -> impl Fn(&Kind, &Kind) -> f64 + use<> {
     let number: f64 = kinds.iter().map(|kind| kind.number).sum();
-    let covered = covered(view, kinds).min(MAX_AREA_FRACTION);
-    let diameter = (4.0 * covered * view.bounds().area() / (PI * number)).sqrt();
-    let equal = HardDiscs {
-        count: (number as usize).max(2),
-        diameter,
-        mass: 1.0,
-        temperature: 1.0,
-        area: view.bounds().area(),
-    };
-    let [dilute, dense] = [1.0 / (1.0 - covered), equal.contact_value()];
-    let mean = kinds
-        .iter()
-        .map(|kind| kind.number * kind.width)
-        .sum::<f64>()
-        / number;
-    let shape = mean / (diameter * diameter);
-    move |a, b| {
-        let z = 2.0 * a.width * b.width / (a.width + b.width) * shape;
-        dilute + (dense - dilute) * z
-    }
+    let area = view.bounds().area();
+    let widths: f64 = kinds.iter().map(|kind| kind.number * kind.width).sum();
+    let covered = covered(view, kinds) * area;
+    let mixture = DiscMixture::new(number, widths / number, covered, area);
+    move |a, b| mixture.contact_value([a.width, b.width])
 }
 
 /// Length of all walls (length); each has two sides.

@@ -125,7 +125,8 @@ fn report(
     };
     let (mut simulation, measures, _) = run::start(begun, scene, before)?;
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    simulation.set_tiling(&method.tiling(threads));
+    let tiling = method.tiling(threads);
+    simulation.set_tiling(&tiling);
     let tiles = format!("{}, on {threads} threads", simulation.tile_use());
     let view = simulation.view();
     let contents = CheckedContents::new(scene, &view);
@@ -136,9 +137,9 @@ fn report(
     );
     let speed = mean_speed(&view);
     let mut all_measured = Measures::new(&measured(scene), &view)?;
-    let trial = Trial::run(&mut simulation, &mut all_measured, scene.run.until)?;
+    let trial = Trial::run(&mut simulation, &mut all_measured, &scene.run, &tiling)?;
     // The measures of the trial may hold contacts that a run writes to files.
-    let estimate = trial.estimate(&mut simulation, &measures, scene, &contents)?;
+    let estimate = trial.estimate(&mut simulation, &measures, scene, &contents, &expected)?;
     let answers = Answers::new(scene, &contents, &estimate, speed);
     Ok(Report {
         scene: file.path.display().to_string(),

@@ -2,12 +2,15 @@
 
 use anyhow::Result;
 use carom::{
-    EpochTime, Observer as _, Scene, kinematics::DragClock, observers::write_extended_xyz,
+    EpochTime, Observer as _, Scene,
+    engine::{RunSpec, TileUse, Tiling},
+    kinematics::DragClock,
+    observers::write_extended_xyz,
 };
 use carom_methods::AnySimulation;
 use serde::Serialize;
 
-use super::{actions::Actions, contents::CheckedContents};
+use super::{actions::Actions, collisions::ExpectedCollisions, contents::CheckedContents};
 use crate::clock::ProcessTime;
 use crate::{checkpoint_file::encode, measures::Measures, sampling_times::sampling_count};
 
@@ -33,6 +36,14 @@ const EARLY_CONTACTS: u64 = 1000;
 /// A stretch of the trial that takes longer is not lengthened (seconds of processor time).
 const STRETCH_SECONDS: f64 = 0.05;
 
+/// The rest of the run has at least this number of windows, if some of it is tried in tiles. Fewer:
+/// the trial of a short run takes as long as the run.
+const MIN_WINDOWS: f64 = 10.0;
+
+/// Contacts of a body after which the rate of the trial is that of the run. Fewer: the order of the
+/// start, such as a lattice, is felt.
+const MIN_COLLISIONS: f64 = 10.0;
+
 /// Epochs after which their mean time is measured.
 const MEASURED_EPOCHS: u64 = 4;
 
@@ -47,12 +58,17 @@ pub(super) struct Trial {
     epochs: u64,
     simulated: f64,
     seconds: f64,
+    /// Contacts and processor time (seconds) of the part that runs as the run does: in tiles, if it
+    /// uses them.
+    pace: [f64; 2],
     /// Processor time of the first step, which predicts all bodies (seconds).
     first: f64,
     /// Processor time of a sample of all measures (seconds).
     sample: f64,
     is_whole: bool,
     until: f64,
+    /// Samples of past times at the end of the run (bytes).
+    lags: u64,
     /// Contacts and simulated time (time) of its first part.
     early: [f64; 2],
 }
@@ -95,17 +111,29 @@ pub(super) struct TrialEstimate {
 
 impl Trial {
     /// Runs until the end, for a tenth of the run, for [`TRIAL_SECONDS`], or for [`MAX_WATCHED`]
-    /// contacts that are watched.
+    /// contacts that are watched; then, if the run is in tiles, for one window of them.
+    ///
+    /// Contacts one by one and short stretches cost too much in tiles: a window of them stores all
+    /// bodies. So the first part is in order, which gives the same contacts.
     ///
     /// # Errors
     /// The run fails.
     pub(super) fn run(
         simulation: &mut AnySimulation,
         measures: &mut Measures,
-        until: f64,
+        run: &RunSpec,
+        tiling: &Tiling,
     ) -> Result<Self> {
+        let until = run.until;
+        simulation.set_tiling(&Tiling::NONE);
         measures.start(&simulation.view());
+        let before = measures.sizes()?;
         measures.sample(&simulation.view());
+        let after = measures.sizes()?.into_iter();
+        let grown = after
+            .zip(before)
+            .map(|(after, before)| after.saturating_sub(before));
+        let lags = measures.bytes_of_lags(&grown.collect::<Vec<_>>(), run);
         measures.check(&simulation.view());
         let end = EpochTime::from(until);
         let clock = ProcessTime::now();
@@ -142,6 +170,21 @@ impl Trial {
                 stretch *= 2.0;
             }
         }
+        let mut pace = [bounds.contacts(simulation) as f64, seconds];
+        simulation.set_tiling(tiling);
+        if !is_whole && matches!(simulation.tile_use(), TileUse::Tiles(_)) {
+            // Tiles know the length of their windows only once they run.
+            let rate = bounds.contacts(simulation) as f64 / simulation.time().since(start);
+            let window = 0.5 * simulation.view().len() as f64 / rate * tiling.window;
+            let is_short = MIN_WINDOWS * window <= end.since(simulation.time());
+            if is_short && bounds.allow_more(simulation) {
+                let clock = ProcessTime::now();
+                simulation.observe_until(simulation.time().to_f64() + window, measures)?;
+                let taken = (clock.elapsed().as_secs_f64() - stop).max(0.0);
+                seconds += taken;
+                pace = [bounds.contacts(simulation) as f64 - pace[0], taken];
+            }
+        }
         let simulated = simulation.time().since(start);
         let contacts = bounds.contacts(simulation);
         let epochs = simulation.view().counters().epochs - epochs_before;
@@ -153,22 +196,34 @@ impl Trial {
             epochs,
             simulated,
             seconds,
+            pace,
             first,
             sample,
             is_whole,
             until,
+            lags,
             early,
         })
     }
 
-    /// The number of contacts of the whole run at the rate of the trial.
-    fn collisions(&self, simulation: &AnySimulation) -> Option<f64> {
+    /// The number of contacts of the whole run: that of theory, where it predicts it and the trial
+    /// was too short to forget the start; else at the rate of the trial.
+    fn collisions(&self, simulation: &AnySimulation, expected: &ExpectedCollisions) -> Option<f64> {
         let all = simulation.view().counters().collisions as f64;
         if self.is_whole {
             return Some(all);
         }
+        let of_each = 2.0 * self.contacts as f64 / simulation.view().len() as f64;
+        let of_theory = expected
+            .number
+            .filter(|_| expected.is_prediction && of_each < MIN_COLLISIONS);
         let whole = self.whole_over_trial(simulation)?;
-        Some(self.contacts as f64 * whole)
+        of_theory.or(Some(self.contacts as f64 * whole))
+    }
+
+    /// Contacts per second of processor time.
+    fn speed(&self) -> f64 {
+        self.pace[0] / self.pace[1].max(1e-9)
     }
 
     /// The whole run over the trial, in the time without drag that gives the same paths; `None` if
@@ -187,7 +242,7 @@ impl Trial {
         let each = if self.contacts == 0 {
             0.0
         } else {
-            self.seconds / self.contacts as f64
+            1.0 / self.speed()
         };
         (self.first + contacts * each, false)
     }
@@ -202,8 +257,9 @@ impl Trial {
         measures: &Measures,
         scene: &Scene,
         contents: &CheckedContents,
+        expected: &ExpectedCollisions,
     ) -> Result<TrialEstimate> {
-        let collisions = self.collisions(simulation);
+        let collisions = self.collisions(simulation, expected);
         let counters = simulation.view().counters();
         let of_moving = if counters.collisions > 0 {
             counters.collisions_of_moving() as f64 / counters.collisions as f64
@@ -220,14 +276,19 @@ impl Trial {
         let contacts_seconds = if self.is_whole {
             Some(self.seconds)
         } else {
-            self.whole_over_trial(simulation).map(|whole| {
+            collisions.map(|number| {
+                let all = if self.contacts == 0 {
+                    self.seconds * self.whole_over_trial(simulation).unwrap_or_default()
+                } else {
+                    number / self.speed()
+                };
                 // An epoch begins with a prediction of all bodies, which a short trial leaves out.
                 let epochs = if self.epochs > 0 {
                     0.0
                 } else {
-                    whole * self.seconds / epoch_seconds
+                    all / epoch_seconds
                 };
-                self.seconds * whole + epochs * self.first
+                all + epochs * self.first
             })
         };
         let state = encode(&simulation.end_epoch_here())?.len() + of_measures;
@@ -241,14 +302,15 @@ impl Trial {
                 .then(|| self.early[0] / self.early[1] * of_moving),
             seconds: contacts_seconds.map(|seconds| self.first + seconds + more),
             sample_seconds,
-            collisions_per_second: self.contacts as f64 / self.seconds.max(1e-9),
+            collisions_per_second: self.speed(),
             epoch_seconds,
             is_epoch_measured,
             memory,
             checkpoint: state as u64,
             series: measures
                 .bytes_at_end(&scene.run)
-                .saturating_add(measures.bytes_of_blocks(&scene.run)),
+                .saturating_add(measures.bytes_of_blocks(&scene.run))
+                .saturating_add(self.lags),
             snapshots,
             actions,
         })
@@ -313,6 +375,12 @@ impl TrialBounds {
         self.contacts(simulation) < self.most && seconds < TRIAL_SECONDS && !has_enough
     }
 
+    /// Whether the contacts of a window of tiles may be added, some two or four a body.
+    fn allow_more(&self, simulation: &AnySimulation) -> bool {
+        let more = 4 * simulation.view().len() as u64;
+        self.contacts(simulation).saturating_add(more) < self.most
+    }
+
     /// Runs for a stretch of time, as far as the trial may continue; returns whether the end of the
     /// run is reached.
     fn advance(
@@ -363,7 +431,79 @@ mod tests {
     fn trial(scene: &Scene, until: f64) -> Trial {
         let mut simulation = AnySimulation::new(scene).unwrap();
         let mut measures = Measures::new(scene, &simulation.view()).unwrap();
-        Trial::run(&mut simulation, &mut measures, until).unwrap()
+        Trial::run(
+            &mut simulation,
+            &mut measures,
+            &run_to(until),
+            &Tiling::NONE,
+        )
+        .unwrap()
+    }
+
+    fn run_to(until: f64) -> RunSpec {
+        RunSpec {
+            until,
+            ..RunSpec::default()
+        }
+    }
+
+    /// The samples of a correlation are kept for as many decades of lags as the run is long.
+    #[test]
+    fn the_memory_of_lags_is_foreseen() {
+        let scene = scene(
+            "[[gas]]\nradius = 0.002\nmass = 1.0\nenergy = 1.0\ncount = 2000\n\
+             [run]\nuntil = 2.0\nsample_interval = 0.01\nobserve = [\"correlation\"]\n",
+        );
+        let mut simulation = AnySimulation::new(&scene).unwrap();
+        let mut measures = Measures::new(&scene, &simulation.view()).unwrap();
+        let trial = Trial::run(&mut simulation, &mut measures, &scene.run, &Tiling::NONE).unwrap();
+        let mut run = AnySimulation::new(&scene).unwrap();
+        let mut measures = Measures::new(&scene, &run.view()).unwrap();
+        let before: u64 = measures.sizes().unwrap().iter().sum();
+        measures.start(&run.view());
+        measures.sample(&run.view());
+        for sample in 1..=200 {
+            let time = 0.01 * f64::from(sample);
+            run.observe_until(time, &mut measures).unwrap();
+            measures.sample(&run.view());
+        }
+        let found = measures.sizes().unwrap().iter().sum::<u64>() - before;
+        let ratio = trial.lags as f64 / found as f64;
+        assert!((0.8..1.2).contains(&ratio), "{ratio}: {found}");
+    }
+
+    /// A number of collisions that no theory predicts.
+    fn unknown() -> ExpectedCollisions {
+        ExpectedCollisions {
+            number: None,
+            is_prediction: false,
+            source: String::new(),
+        }
+    }
+
+    /// From a lattice, contacts are rare at first, and a trial of a large gas does not get beyond.
+    #[test]
+    fn a_trial_that_stays_on_the_lattice_leaves_the_number_to_theory() {
+        let scene = scene(
+            "[[gas]]\nradius = 0.001\nmass = 1.0\ntemperature = 1.0\nvelocities = \"maxwell\"\n\
+             area_fraction = 0.5\n",
+        );
+        let mut simulation = AnySimulation::new(&scene).unwrap();
+        let mut measures = Measures::new(&scene, &simulation.view()).unwrap();
+        let expected = ExpectedCollisions::new(&scene, &simulation.view());
+        let tiling = Tiling {
+            least_bodies: 1,
+            ..Tiling::with_threads(2)
+        };
+        let trial = Trial::run(&mut simulation, &mut measures, &run_to(1.0), &tiling).unwrap();
+        let found = trial.collisions(&simulation, &expected).unwrap();
+        assert!(
+            (found / expected.number.unwrap() - 1.0).abs() < 0.1,
+            "{trial:?}"
+        );
+        // A window of tiles is tried at the end, at about the speed of the rest.
+        let in_order = trial.contacts as f64 - trial.pace[0];
+        assert!(in_order > 0.0 && trial.pace[0] > 1e4, "{trial:?}");
     }
 
     /// The first contact of the tee makes it turn 10¹¹ times as fast as the gas moves, after which
@@ -389,12 +529,13 @@ mod tests {
         );
         let mut simulation = AnySimulation::new(&scene).unwrap();
         let mut measures = Measures::new(&scene, &simulation.view()).unwrap();
-        let short = Trial::run(&mut simulation, &mut measures, 0.5).unwrap();
+        let short =
+            Trial::run(&mut simulation, &mut measures, &run_to(0.5), &Tiling::NONE).unwrap();
         let mut run = AnySimulation::new(&scene).unwrap();
         run.run_until(0.5).unwrap();
         assert!(short.is_whole);
         assert_eq!(
-            short.collisions(&simulation),
+            short.collisions(&simulation, &unknown()),
             Some(run.view().counters().collisions as f64)
         );
         let long = trial(&scene, 1e9);
@@ -413,7 +554,7 @@ mod tests {
         let trial = trial(&scene, 1e9);
         assert!(!trial.is_whole && trial.simulated < 1e4, "{trial:?}");
         let found = trial
-            .collisions(&AnySimulation::new(&scene).unwrap())
+            .collisions(&AnySimulation::new(&scene).unwrap(), &unknown())
             .unwrap();
         // All paths are those of a time of 1/γ at the initial rate.
         let expected = trial.contacts as f64 / trial.simulated * 1e6;

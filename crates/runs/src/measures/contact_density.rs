@@ -2,6 +2,7 @@
 
 use anyhow::{Context as _, Result, ensure};
 use carom::{ContactDensity, engine::BodyView, observers::ContactPoint};
+use carom_report::molecule_picture;
 use carom_tables::{BlockMean, Table};
 
 use super::{
@@ -102,7 +103,9 @@ impl Measured for ContactDensity {
         let atoms = points.iter().map(|point| point.atom + 1).max().unwrap_or(0);
         for atom in 0..atoms {
             let of_atom: Vec<BlockMean> = (0..bins).map(|bin| mean(atom, bin)).collect();
-            by_angle = by_angle.means(&format!("atom_{atom}"), "mass/time²", &of_atom);
+            by_angle = by_angle
+                .means(&format!("atom_{atom}"), "mass/time²", &of_atom)
+                .labelled(&format!("atom {}", molecule_picture::name(atom)));
         }
         let names = [
             "force from the contact density along x′",

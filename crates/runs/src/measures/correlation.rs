@@ -6,8 +6,8 @@ use carom_tables::{BlockMean, Table};
 use crate::curves::{Coefficient, MIN_PAIRS, Reading};
 
 use super::{
-    Context, MAX_LAG, MeasureKind, Measured, Of, Results, Span, hard_discs::SONINE, in_blocks,
-    resumed,
+    Context, HardDiscs, MAX_LAG, MeasureKind, Measured, Of, Results, Span, hard_discs::SONINE,
+    in_blocks, resumed,
 };
 
 /// The autocorrelation is compared with its exponential up to this many mean free times; later the
@@ -28,10 +28,10 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     span: Span::Measurement,
     parameters: &[MAX_LAG],
     figures: &[
-        "diffusion coefficient, from lags … to …",
         "diffusion coefficient at long lags, … to …",
         "apparent diffusion coefficient at long lags, … to …, no plateau",
         "diffusion coefficient from velocities, up to lag …",
+        "diffusion coefficient, from lags … to …",
     ],
     start: |selection| {
         let (interval, longest) = (selection.interval(), selection.longest_lag());
@@ -104,24 +104,23 @@ fn coefficients(lags: &[f64], context: &Context<'_>) -> Vec<Coefficient> {
     let of = |name, reading, curve| {
         Coefficient::new((name, unit), reading, curve, lags, context.of_curves())
     };
+    let theory = context.gas().map(HardDiscs::diffusion);
     let of_theory = context.gas().map(|gas| {
         let between = BETWEEN.map(|times| times / gas.collision_rate());
         let reading = (Reading::SlopeBetween(between), 0.25);
-        of("diffusion coefficient", reading, 0).predicted(Some(gas.diffusion()), SONINE)
+        of("diffusion coefficient", reading, 0)
     });
     let plateau = (Reading::Plateau { memory: velocities }, 0.25);
     let integral = (Reading::Integral, 0.5);
-    of_theory
-        .into_iter()
-        .chain([
-            of("diffusion coefficient", plateau, 0),
-            of(
-                "diffusion coefficient from velocities",
-                integral,
-                velocities,
-            ),
-        ])
-        .collect()
+    let from_velocities = "diffusion coefficient from velocities";
+    [
+        of("diffusion coefficient", plateau, 0),
+        of(from_velocities, integral, velocities),
+    ]
+    .into_iter()
+    .chain(of_theory)
+    .map(|coefficient| coefficient.predicted(theory, SONINE))
+    .collect()
 }
 
 /// The autocorrelation of Enskog's theory at short lags.

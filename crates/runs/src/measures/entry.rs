@@ -14,7 +14,7 @@ use super::{
     Context, HardDiscs, Label, Measure, MeasureKind, Request, Results, Selection, Span,
     haff::CoolingDiscs,
     k_atic,
-    kind::{FROM, UNTIL},
+    kind::{FROM, MAX_LAG, Parameter, UNTIL},
     overlap,
     request::find,
 };
@@ -30,11 +30,17 @@ const ROUNDING: f64 = 1e-9;
 /// for an error of their own.
 const JOINED: [usize; 2] = [2, 4];
 
+/// Most decades of lags: longer ones than 10¹⁸ samples do not exist.
+const MAX_DECADES: f64 = 18.0;
+
 /// A measure in progress.
 pub(super) struct Entry {
     pub(super) head: Head,
     pub(super) kind: &'static MeasureKind,
     pub(super) measure: Box<dyn Measure>,
+    /// Decades of lags for which it keeps the samples of all bodies; 0 if it keeps none, or if it
+    /// comes from a checkpoint.
+    decades: u32,
 }
 
 /// What an entry needs besides its measure.
@@ -121,10 +127,18 @@ impl Entry {
                 && scene.run.measure_from == MeasureFrom::Auto)
                 .then_some(FIRST_JUDGED),
         };
+        let has_lags = |parameter: &Parameter| parameter.about == MAX_LAG.about;
+        let decades = if request.kind.parameters.iter().any(has_lags) {
+            let spacings = selection.longest_lag() / selection.interval();
+            spacings.log10().clamp(0.0, MAX_DECADES) as u32 + 1
+        } else {
+            0
+        };
         Ok(Self {
             head,
             kind: request.kind,
             measure,
+            decades,
         })
     }
 
@@ -141,6 +155,7 @@ impl Entry {
             head,
             kind,
             measure,
+            decades: 0,
         })
     }
 
@@ -148,6 +163,17 @@ impl Entry {
     pub(super) fn bytes_at_end(&self, run: &RunSpec) -> u64 {
         let bytes = self.measure.bytes_per_sample() as u64;
         self.samples(run).saturating_mul(bytes)
+    }
+
+    /// Memory that the samples of past times take at the end of the run (bytes), from those of its
+    /// first sample: a decade of lags keeps nine samples, and the first is kept in each decade.
+    pub(super) fn bytes_of_lags(&self, first: u64, run: &RunSpec) -> u64 {
+        let Some(of_sample) = first.checked_div(u64::from(self.decades)) else {
+            return 0;
+        };
+        let samples = self.samples(run).max(1);
+        let kept = |decade: u32| ((samples - 1) / 10_u64.pow(decade) + 1).min(9);
+        (0..self.decades).map(kept).sum::<u64>() * of_sample
     }
 
     /// Memory that the sums of its blocks take at the end of the run (bytes).
@@ -232,7 +258,7 @@ impl Entry {
         let loses = scene.elasticity.loses_energy();
         let block = (measure.records_per_block() * head.every) as f64 * scene.run.sample_interval;
         let is_heated = scene.has_heated_walls();
-        let is_equilibrium = is_elastic && !is_heated && stages::is_disturbed(scene).is_none();
+        let is_equilibrium = stages::is_equilibrium(scene);
         let is_alone = !is_heated
             && !stages::is_dragged(scene)
             && !stages::is_sheared(scene)

@@ -25,6 +25,10 @@ pub const LIU: &str = "Liu (2021), with the finite-size shift of Lebowitz and Pe
 /// Source of the pressure of the gas far from walls.
 pub(super) const LIU_BULK: &str = "Liu (2021) at the density far from the walls";
 
+/// Source of contact values of mixtures in tables.
+pub(super) const SANTOS: &str =
+    "Santos, Yuste and López de Haro (1999), with the pressure of Liu (2021)";
+
 /// Source of rates in tables.
 pub const ENSKOG: &str = "Enskog's theory, pressure of Liu (2021)";
 
@@ -187,6 +191,58 @@ impl HardDiscs {
     /// Diffusion coefficient (length² / time).
     pub fn diffusion(&self) -> f64 {
         self.temperature / (self.mass * self.collision_rate())
+    }
+}
+
+/// Discs of several sizes in a box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DiscMixture {
+    /// The share of the box that they cover.
+    covered: f64,
+    /// g at contact of as many equal discs that cover the same share.
+    of_equal: f64,
+    /// ⟨d⟩/⟨d²⟩ of the diameters d (1 / length).
+    shape: f64,
+}
+
+impl DiscMixture {
+    /// Densest mixture: denser ones are taken for it, since the formula diverges at 1.
+    const MAX_COVERED: f64 = 0.9;
+
+    /// So many discs of mean diameter `mean` (length), which cover this area (length²) of a box
+    /// (length²).
+    pub fn new(count: f64, mean: f64, covered: f64, area: f64) -> Self {
+        let covered = (covered / area).min(Self::MAX_COVERED);
+        let diameter = (4.0 * covered * area / (PI * count)).sqrt();
+        let equal = HardDiscs {
+            count: (count as usize).max(2),
+            diameter,
+            mass: 1.0,
+            temperature: 1.0,
+            area,
+        };
+        Self {
+            covered,
+            of_equal: equal.contact_value(),
+            shape: mean / (diameter * diameter),
+        }
+    }
+
+    /// Whether the fluid is not so dense that Z of equal discs is uncertain.
+    pub(super) fn is_known(&self) -> bool {
+        self.covered <= DENSEST
+    }
+
+    /// g at contact of two discs of these diameters (length):
+    ///
+    /// g_ij = 1/(1 − η) + (g(η) − 1/(1 − η)) z_ij, z_ij = 2 d_i d_j/(d_i + d_j) ⟨d⟩/⟨d²⟩,
+    ///
+    /// with that of equal discs at the same area fraction, g(η) (Santos, Yuste and López de Haro,
+    /// Mol. Phys. 96 (1999) 1, after Jenkins and Mancini, J. Appl. Mech. 54 (1987) 27).
+    pub fn contact_value(&self, [a, b]: [f64; 2]) -> f64 {
+        let dilute = 1.0 / (1.0 - self.covered);
+        let z = 2.0 * a * b / (a + b) * self.shape;
+        dilute + (self.of_equal - dilute) * z
     }
 }
 

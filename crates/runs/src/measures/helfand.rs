@@ -15,6 +15,15 @@ use super::{
 /// the stress has not decayed. Longer: larger errors.
 const BETWEEN: [f64; 2] = [5.0, 20.0];
 
+/// A measurement of so many mean free times has an error of the coefficient: lags have errors up to
+/// a sixteenth of it.
+pub(crate) const FREE_TIMES_FOR_TRANSPORT: f64 = 16.0 * BETWEEN[1];
+
+/// Whether a measure of this name has a coefficient that needs long lags.
+pub(crate) fn is_transport(name: &str) -> bool {
+    [VISCOSITY.name, HEAT_CONDUCTIVITY.name].contains(&name)
+}
+
 pub(super) const VISCOSITY: MeasureKind = MeasureKind {
     name: "viscosity",
     summary: "shear viscosity of the whole system from the Helfand moment of the stress",

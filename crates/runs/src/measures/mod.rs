@@ -80,13 +80,14 @@ use serde_json::json;
 
 pub(crate) use self::collision_rate::FIGURE as COLLISION_RATE;
 use self::entry::{Entry, Head};
+pub(crate) use self::helfand::{FREE_TIMES_FOR_TRANSPORT, is_transport};
 pub(crate) use self::impulses::NAME as IMPULSES;
 pub(crate) use self::k_atic::OF_AXES;
 use self::kind::{Default, MAX_LAG};
 use self::measured::{Measure, in_blocks, point_bytes, resumed};
 pub(crate) use self::request::refuse_displaced;
 pub use self::{
-    hard_discs::{ENSKOG, HardDiscs, LIU},
+    hard_discs::{DiscMixture, ENSKOG, HardDiscs, LIU},
     kind::{MeasureKind, Of, Parameter, Span},
     measured::{Context, Label, Measured, Results, file_name},
     request::{Request, requests},
@@ -214,6 +215,24 @@ impl Measures {
         self.0.iter().map(|entry| entry.bytes_of_blocks(run)).sum()
     }
 
+    /// The size of each measure in a checkpoint (bytes).
+    ///
+    /// # Errors
+    /// A measure cannot be encoded.
+    pub(crate) fn sizes(&self) -> Result<Vec<u64>> {
+        let saved = self.0.iter().map(|entry| entry.measure.save());
+        saved.map(|bytes| Ok(bytes?.len() as u64)).collect()
+    }
+
+    /// Memory that the samples of past times take at the end of the run (bytes), from the growth of
+    /// each measure by its first sample (bytes).
+    pub(crate) fn bytes_of_lags(&self, first: &[u64], run: &RunSpec) -> u64 {
+        let entries = self.0.iter().zip(first);
+        entries
+            .map(|(entry, &first)| entry.bytes_of_lags(first, run))
+            .sum()
+    }
+
     /// The measures that the scene asks for and that watch contacts, by name and label.
     pub(crate) fn watching(&self) -> Vec<String> {
         let watching = self
@@ -274,9 +293,11 @@ impl Measures {
     }
 
     /// With `run.measure_from = "auto"`: drops what has been measured so far if a mean changed, and
-    /// begins anew with the present sample. That is judged after 64 samples, and then after twice
-    /// as many as before, until no mean has changed. It depends on the samples alone, so that a
-    /// run that is extended measures the same as a long one. Call it after each sample.
+    /// begins anew with the present sample; likewise if bodies have had few collisions since a
+    /// start that was placed, since a slow change is lost in the errors of few samples. That is
+    /// judged after 64 samples, and then after twice as many as before, until no mean has changed.
+    /// It depends on the samples alone, so that a run that is extended measures the same as a long
+    /// one. Call it after each sample.
     ///
     /// # Errors
     /// A measure cannot be begun.
@@ -294,7 +315,8 @@ impl Measures {
             .filter(|entry| entry.may_begin_anew())
             .flat_map(|entry| entry.figures(scene))
             .collect();
-        if carom_tables::are_stationary(&judged) == Some(true) {
+        let is_forgotten = scene.start.from.is_some() || has_forgotten_its_start(view);
+        if is_forgotten && carom_tables::are_stationary(&judged) == Some(true) {
             self.0.iter_mut().for_each(Entry::settle);
             return Ok(());
         }
@@ -354,6 +376,17 @@ fn subscript(symbol: &str, index: u32) -> String {
         char::from_u32(u32::from('₀') + value)
     });
     symbol.chars().chain(lowered).collect()
+}
+
+/// Collisions of each body after which the start is forgotten, in a fluid that is not near its
+/// transition.
+pub(crate) const COLLISIONS_TO_FORGET: f64 = 50.0;
+
+/// Whether the bodies have had so many collisions that their placement is forgotten. What cannot
+/// move has nothing to forget.
+fn has_forgotten_its_start(view: &View<'_>) -> bool {
+    let moving = view.bodies().filter(|body| body.body.is_free()).count();
+    view.counters().collisions_of_moving() as f64 >= COLLISIONS_TO_FORGET * moving as f64
 }
 
 /// Prints all measures with their parameters.

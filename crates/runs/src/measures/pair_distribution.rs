@@ -1,11 +1,15 @@
 //! `pair-distribution`: g(r) of the centres of mass of a group, or of two, `A,B`.
 
-use carom::PairDistribution;
+use std::f64::consts::PI;
+
+use carom::{Group, Observer, PairDistribution, View, engine::BodyView};
 use carom_tables::{BlockMean, Figure, Table};
+use serde::{Deserialize, Serialize};
 
 use super::{
     Context, Default, MeasureKind, Measured, Of, Parameter, Results, Selection, Span,
-    hard_discs::LIU, in_blocks, resumed,
+    hard_discs::{DiscMixture, LIU, SANTOS},
+    in_blocks, resumed,
 };
 
 /// Cutoff of distances in diameters, and bins for each diameter: the sum of the radii of the
@@ -44,18 +48,95 @@ pub(super) const KIND: MeasureKind = MeasureKind {
         longest("5 diameters of the largest bodies"),
     ],
     figures: &["g(r) at contact"],
-    start: |selection| Ok(in_blocks(observer(selection)?)),
-    resume: resumed::<PairDistribution>,
+    start: |selection| Ok(in_blocks(Pairs::new(selection)?)),
+    resume: resumed::<Pairs>,
 };
 
-fn observer(selection: &Selection<'_>) -> anyhow::Result<PairDistribution> {
-    let (cutoff, bins) = distances(selection, DIAMETERS, BINS_PER_DIAMETER);
-    Ok(PairDistribution::new(
-        selection.groups(),
-        &selection.view.bounds(),
-        cutoff,
-        bins,
-    )?)
+/// g(r) of two groups, with the distance at which their discs touch.
+#[derive(Serialize, Deserialize)]
+struct Pairs {
+    distribution: PairDistribution,
+    contact: Option<Contact>,
+}
+
+/// A pair of discs that touch.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+struct Contact {
+    /// Distance of the centres (length).
+    distance: f64,
+    /// g there in a mixture of elastic discs at equilibrium, where theory knows it.
+    of_mixture: Option<f64>,
+}
+
+impl Pairs {
+    fn new(selection: &Selection<'_>) -> anyhow::Result<Self> {
+        let (cutoff, bins) = distances(selection, DIAMETERS, BINS_PER_DIAMETER);
+        let (groups, view) = (selection.groups(), selection.view);
+        let distribution = PairDistribution::new(groups, &view.bounds(), cutoff, bins)?;
+        Ok(Self {
+            distribution,
+            contact: Contact::new(groups, view),
+        })
+    }
+}
+
+impl Contact {
+    /// The contact of the discs of two groups; `None` unless each group has equal ones alone.
+    fn new(groups: [Group; 2], view: &View<'_>) -> Option<Self> {
+        // Diameters of pairs may be others than the mean of those of the bodies.
+        if view.has_pair_rules() {
+            return None;
+        }
+        let [one, other] = groups.map(|group| diameter_of_all(group, view));
+        let diameters = [one?, other?];
+        Some(Self {
+            distance: 0.5 * (diameters[0] + diameters[1]),
+            of_mixture: mixture(view).map(|mixture| mixture.contact_value(diameters)),
+        })
+    }
+}
+
+/// The diameter of the discs of a group, if all of it are equal discs (length).
+fn diameter_of_all(group: Group, view: &View<'_>) -> Option<f64> {
+    let mut members = view
+        .bodies()
+        .filter(|body| !body.body.is_wall() && group.contains(body.body));
+    let diameter = diameter_of(&members.next()?)?;
+    members
+        .all(|body| diameter_of(&body) == Some(diameter))
+        .then_some(diameter)
+}
+
+/// The diameter of a disc (length); `None` of other bodies.
+fn diameter_of(body: &BodyView<'_>) -> Option<f64> {
+    let molecule = body.body.molecule();
+    molecule.is_disc().then(|| 2.0 * molecule.bounding_radius())
+}
+
+/// All bodies as a homogeneous fluid of discs, if they are one that is not too dense.
+fn mixture(view: &View<'_>) -> Option<DiscMixture> {
+    if view.bonds().len() > 0 || view.bodies().any(|body| !body.body.is_free()) {
+        return None;
+    }
+    let diameters: Vec<f64> = view
+        .bodies()
+        .map(|body| diameter_of(&body))
+        .collect::<Option<_>>()?;
+    let count = diameters.len() as f64;
+    let covered = diameters.iter().map(|d| 0.25 * PI * d * d).sum();
+    let mean = diameters.iter().sum::<f64>() / count;
+    let mixture = DiscMixture::new(count, mean, covered, view.bounds().area());
+    mixture.is_known().then_some(mixture)
+}
+
+impl Observer for Pairs {
+    fn watches_any(&self) -> bool {
+        self.distribution.watches_any()
+    }
+
+    fn sample(&mut self, view: &View<'_>) {
+        self.distribution.sample(view);
+    }
 }
 
 /// The diameter of the largest bodies: the sum of the radii of both groups (length).
@@ -93,13 +174,13 @@ pub(super) fn distances(
     }
 }
 
-impl Measured for PairDistribution {
+impl Measured for Pairs {
     fn sums(&self) -> Vec<[f64; 2]> {
-        self.sums()
+        self.distribution.sums()
     }
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
-        let points = self.points();
+        let points = self.distribution.points();
         let table = Table::new(context.table("pair-distribution"), "Pair distribution g(r)")
             .abscissa("distance", "length", points.iter().map(|point| point.distance).collect())
             .counts("pairs", points.iter().map(|point| point.pairs).collect())
@@ -111,7 +192,9 @@ impl Measured for PairDistribution {
         let distances: Vec<f64> = points.iter().map(|point| point.distance).collect();
         Results {
             tables: vec![table],
-            figures: contact_value(&distances, means, context)
+            figures: self
+                .contact
+                .and_then(|contact| contact.value(&distances, means, context))
                 .into_iter()
                 .collect(),
             ..Results::default()
@@ -124,41 +207,57 @@ fn potential(g: f64) -> Option<f64> {
     (g > 0.0).then(|| -g.ln())
 }
 
-/// g at contact by a line through the logarithms of the first bins beyond it.
-fn contact_value(distances: &[f64], means: &[BlockMean], context: &Context<'_>) -> Option<Figure> {
-    let gas = context.gas()?;
-    // Centres of bins that begin at contact, to rounding, or beyond.
-    let [first, second] = distances.first_chunk()?;
-    let begin = gas.diameter + 0.49 * (second - first);
-    let beyond = distances
-        .iter()
-        .zip(means)
-        .filter(|(distance, _)| **distance > begin);
-    let near: Vec<(f64, f64, f64)> = beyond
-        .take(CONTACT_BINS)
-        .map(|(distance, mean)| Some((distance - gas.diameter, mean.value?, mean.standard_error?)))
-        .collect::<Option<_>>()?;
-    if near.iter().any(|point| point.1 <= 0.0) {
-        return None;
-    }
-    // ln g falls nearly in proportion: Σ c_i ln g_i with the weights c_i of the least-squares line
-    // at distance 0.
-    let count = near.len() as f64;
-    let centre = near.iter().map(|point| point.0).sum::<f64>() / count;
-    let spread: f64 = near.iter().map(|point| (point.0 - centre).powi(2)).sum();
-    let weight = |x: f64| 1.0 / count - centre * (x - centre) / spread;
-    let value = near
-        .iter()
-        .map(|&(x, g, _)| weight(x) * g.ln())
-        .sum::<f64>()
-        .exp();
-    let error = value
-        * near
+impl Contact {
+    /// g by a line through the logarithms of the first bins beyond the contact.
+    fn value(
+        &self,
+        distances: &[f64],
+        means: &[BlockMean],
+        context: &Context<'_>,
+    ) -> Option<Figure> {
+        // Centres of bins that begin at contact, to rounding, or beyond.
+        let [first, second] = distances.first_chunk()?;
+        let begin = self.distance + 0.49 * (second - first);
+        let beyond = distances
             .iter()
-            .map(|&(x, g, error)| (weight(x) * error / g).powi(2))
+            .zip(means)
+            .filter(|(distance, _)| **distance > begin);
+        let near: Vec<(f64, f64, f64)> = beyond
+            .take(CONTACT_BINS)
+            .map(|(distance, mean)| {
+                Some((distance - self.distance, mean.value?, mean.standard_error?))
+            })
+            .collect::<Option<_>>()?;
+        if near.iter().any(|point| point.1 <= 0.0) {
+            return None;
+        }
+        // ln g falls nearly in proportion: Σ c_i ln g_i with the weights c_i of the least-squares
+        // line at distance 0.
+        let count = near.len() as f64;
+        let centre = near.iter().map(|point| point.0).sum::<f64>() / count;
+        let spread: f64 = near.iter().map(|point| (point.0 - centre).powi(2)).sum();
+        let weight = |x: f64| 1.0 / count - centre * (x - centre) / spread;
+        let value = near
+            .iter()
+            .map(|&(x, g, _)| weight(x) * g.ln())
             .sum::<f64>()
-            .sqrt();
-    let figure = Figure::new(context.named("g(r) at contact"), value, "1");
-    Some(figure.error(error).predicted(gas.contact_value(), LIU))
-        .filter(|_| near.len() == CONTACT_BINS)
+            .exp();
+        let error = value
+            * near
+                .iter()
+                .map(|&(x, g, error)| (weight(x) * error / g).powi(2))
+                .sum::<f64>()
+                .sqrt();
+        let figure = Figure::new(context.named("g(r) at contact"), value, "1").error(error);
+        (near.len() == CONTACT_BINS).then(|| self.predicted(figure, context))
+    }
+
+    /// A figure with the value that theory expects, if it does.
+    fn predicted(&self, figure: Figure, context: &Context<'_>) -> Figure {
+        match (context.gas(), self.of_mixture) {
+            (Some(gas), _) => figure.predicted(gas.contact_value(), LIU),
+            (None, Some(value)) if context.is_equilibrium => figure.predicted(value, SANTOS),
+            _ => figure,
+        }
+    }
 }

@@ -166,7 +166,16 @@ fn slab(view: &View<'_>, axis: usize) -> Option<[f64; 2]> {
     walls.sort_by(|one, other| one.0.total_cmp(&other.0));
     let mut pairs = walls.windows(2);
     let pair = pairs.find(|pair| pair[0].1 != pair[1].1 && pair[0].0 < pair[1].0)?;
-    Some([pair[0].0, pair[1].0])
+    let between = [pair[0].0, pair[1].0];
+    let is_between = |wall: BodyView<'_>| {
+        let [low, high] = between;
+        wall.wall().is_some_and(|ends| {
+            let is_inside = |end: DVec2| low < end[axis] && end[axis] < high;
+            ends.into_iter().any(is_inside)
+        })
+    };
+    // A wall in between stops the heat, in part or altogether.
+    (!view.bodies().any(is_between)).then_some(between)
 }
 
 /// Mass and diameter of the moving bodies, if they are equal discs and belong to the group, and no

@@ -177,23 +177,20 @@ impl<'a> Merged<'a> {
 
     /// Whether the mean of a quantity changes in the runs together.
     fn stationarity(&self, quantity: usize) -> Option<Stationarity> {
-        // Blocks of different times cannot be added: each run has found its own start.
         let shortest = self
             .parts
             .iter()
             .min_by_key(|part| part.sums.blocks.len())?;
-        if self
-            .parts
-            .iter()
-            .any(|part| part.span[0] != shortest.span[0])
-        {
-            return None;
-        }
         let of = |part: &&MeasureRecord| block_sums::of_quantity(&part.sums.blocks, quantity);
-        Stationarity::new(
-            &self.parts.iter().map(of).collect::<Vec<_>>(),
-            shortest.span,
-        )
+        let runs: Vec<_> = self.parts.iter().map(of).collect();
+        let begins = |part: &&MeasureRecord| part.span[0];
+        let mut starts = self.parts.iter().map(begins);
+        // Blocks of different times cannot be added: each run may have found its own start.
+        if starts.all(|start| start == shortest.span[0]) {
+            Stationarity::new(&runs, shortest.span)
+        } else {
+            Stationarity::of_separate(&runs)
+        }
     }
 
     fn tables(&self) -> Vec<Table> {
@@ -266,11 +263,12 @@ impl<'a> Merged<'a> {
                 }
                 Role::Count => columns.push(with(column, each(rows, |row| sum(&same, row)))),
                 Role::StandardError => {}
-                Role::Abscissa
-                | Role::Width
-                | Role::Undrawn
-                | Role::Derived
-                | Role::Prediction { .. } => {
+                // All are the same but for rounding, which a mean would add to.
+                Role::Abscissa => {
+                    let all = column.values.iter().take(rows).copied();
+                    columns.push(with(column, all.collect()));
+                }
+                Role::Width | Role::Undrawn | Role::Derived | Role::Prediction { .. } => {
                     columns.push(with(column, each(rows, |row| average(&same, row))));
                 }
             }

@@ -12,6 +12,9 @@ const UNIT_WORDS: [&str; 11] = [
 /// More alternatives than this are not listed in the table of keys.
 const MAX_CHOICES: usize = 8;
 
+/// A default in words with more characters stays in the sentence.
+const MAX_DEFAULT: usize = 40;
+
 /// Headings of the table of keys.
 const HEADINGS: [&str; 6] = ["key", "type", "default", "range", "unit", "meaning"];
 
@@ -132,19 +135,25 @@ impl Section<'_> {
     fn row(&self, schema: &Value, key: &str, property: &Value) -> Vec<String> {
         let required = self.entry["required"].as_array();
         let is_required = required.is_some_and(|keys| keys.iter().any(|required| required == key));
+        let meaning = description(property).lines().next().unwrap_or_default();
+        let (default, meaning) = match default_in_words(meaning) {
+            Some((words, rest)) => (words, rest),
+            None => (String::new(), meaning.to_owned()),
+        };
         let default = match property.get("default") {
             _ if is_required => "required".to_owned(),
             Some(value) => format!("`{}`", value.to_string().replace(',', ", ")),
-            None => String::new(),
+            None => default,
         };
-        let meaning = description(property).lines().next().unwrap_or_default();
+        let (unit, range) = (unit(&meaning).to_owned(), range(schema, property));
+        let meaning = without_columns(&meaning, &unit, &range);
         vec![
             format!("`{key}`"),
             type_of(schema, property),
             default,
-            range(schema, property),
-            unit(meaning).to_owned(),
-            meaning.to_owned(),
+            range,
+            unit,
+            meaning,
         ]
     }
 }
@@ -282,6 +291,35 @@ fn written(number: f64) -> String {
     } else {
         format!("{number:e}")
     }
+}
+
+/// The words of a short sentence `Default: …` and the text without it; `None` if there is none.
+pub(super) fn default_in_words(meaning: &str) -> Option<(String, String)> {
+    let (before, rest) = meaning.split_once(" Default: ")?;
+    let (words, after) = rest.split_once('.').filter(|(words, after)| {
+        words.chars().count() <= MAX_DEFAULT && !after.starts_with(|next: char| next != ' ')
+    })?;
+    Some((words.to_owned(), format!("{before}{after}")))
+}
+
+/// A text without what other columns of its row say: the unit between parentheses, and the range.
+pub(super) fn without_columns(meaning: &str, unit: &str, range: &str) -> String {
+    let mut text = meaning.to_owned();
+    if !unit.is_empty() {
+        text = text.replacen(&format!(" ({unit})"), "", 1);
+    }
+    if let Some((least, most)) = range.split_once(" to ") {
+        for minus in ["-", "−"] {
+            let [least, most] = [least, most].map(|number| number.replace('-', minus));
+            for comma in [",", ""] {
+                let words = format!("{comma} from {least} to {most}");
+                for end in [".", ",", ":", ";", ")"] {
+                    text = text.replacen(&format!("{words}{end}"), end, 1);
+                }
+            }
+        }
+    }
+    text
 }
 
 /// The first unit between parentheses; nothing for a pure number.

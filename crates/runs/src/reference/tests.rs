@@ -46,6 +46,27 @@ fn all_keys_have_a_meaning() {
 }
 
 #[test]
+fn what_a_column_says_is_not_said_again() {
+    let meaning =
+        "Stiffness (mass / time²), from 0 to 1e60, of a spring. Default: none. With a mass.";
+    let (default, rest) = keys::default_in_words(meaning).unwrap();
+    assert_eq!(default, "none");
+    assert_eq!(
+        keys::without_columns(&rest, "mass / time²", "0 to 1e60"),
+        "Stiffness, of a spring. With a mass."
+    );
+    let signed = "A velocity (length per time, from −1e60 to 1e60).";
+    assert_eq!(
+        keys::without_columns(signed, "", "-1e60 to 1e60"),
+        "A velocity (length per time)."
+    );
+    assert_eq!(
+        keys::default_in_words("A number. Default: 0.5 of all."),
+        None
+    );
+}
+
+#[test]
 fn units_are_found_between_parentheses() {
     for (text, unit) in [
         ("Sides (length).", "length"),

@@ -6,6 +6,15 @@ use carom_tables::{Figure, Stationarity, two_digits, with_error};
 
 use super::tests_in_words::with_place;
 
+/// Whether a mean changes until the end of the measurement: the state decays or is driven, or the
+/// run is too short, and no mean describes it.
+pub(super) fn never_settles(figures: &[Figure]) -> bool {
+    let found = figures.iter().filter_map(|figure| figure.stationarity);
+    found
+        .filter(|found| !found.is_stationary)
+        .any(|found| found.settled_at.is_none())
+}
+
 /// What changed during the measurement, by how much, and from when on it does not; `None` if
 /// nothing did. Each figure has a word for where it belongs, which may be empty.
 pub fn stationarity_in_words(figures: &[(&str, &Figure)]) -> Option<String> {
@@ -23,11 +32,13 @@ pub fn stationarity_in_words(figures: &[(&str, &Figure)]) -> Option<String> {
     let amount = if share < 1.0 {
         format!("{} %", with_error(two_digits(100.0 * share), None))
     } else {
-        format!(
-            "{} {}",
-            with_error(two_digits(found.change.abs()), None),
-            figure.unit
-        )
+        let amount = with_error(two_digits(found.change.abs()), None);
+        let times = if share.is_finite() {
+            format!(", {} times its mean,", with_error(two_digits(share), None))
+        } else {
+            String::new()
+        };
+        format!("{amount} {}{times}", figure.unit)
     };
     let others = match changing.len() - 1 {
         0 => String::new(),
@@ -40,7 +51,8 @@ pub fn stationarity_in_words(figures: &[(&str, &Figure)]) -> Option<String> {
         .collect();
     let remedy = settled.map_or_else(
         || {
-            "They do not settle within the first half: run longer, or the state is driven or decays."
+            "They do not settle within the first half: if the state is driven or decays, its series \
+             are the result and not its means; else run longer."
                 .to_owned()
         },
         |times| {
@@ -156,8 +168,13 @@ mod tests {
             "{driven}"
         );
         assert!(
-            driven.ends_with("the state is driven or decays."),
+            driven.ends_with("not its means; else run longer."),
             "{driven}"
+        );
+        let decaying = words(&[figure("kT", 0.02, -0.5, None)]).unwrap();
+        assert!(
+            decaying.contains("kT falls by 0.5 energy/length², 25 times its mean, during"),
+            "{decaying}"
         );
     }
 }

@@ -8,14 +8,14 @@ use carom_tables::{Figure, Summary, named, with_error};
 
 use super::{
     contents::{FolderContents, FolderKind},
-    stationarity_in_words::stationarity_in_words,
+    stationarity_in_words::{never_settles, stationarity_in_words},
     tests_in_words::tests_in_words,
 };
 
 /// The first words of a note on a method that is not exact.
 pub const NOT_EXACT: &str = "NOT EXACT";
 
-/// Name of the number of walls, bumpers and fixed molecules.
+/// Name of the number of bumpers and fixed molecules.
 pub const FIXED_BODIES: &str = "fixed bodies";
 
 /// A value leads a page only if it is this number of times its standard error. Smaller: noise
@@ -31,7 +31,9 @@ pub(super) fn sentence(contents: &FolderContents) -> String {
     let mut parts: Vec<String> = stationarity_in_words(&figures).into_iter().collect();
     parts.push(what(contents, summary));
     parts.push(checks_in_words(&summary.checks));
-    parts.extend(main_figure(&summary.figures).map(measured));
+    if !never_settles(&summary.figures) {
+        parts.extend(main_figure(&summary.figures).map(measured));
+    }
     parts.extend(tests_in_words(&figures));
     parts.join(" ")
 }
@@ -78,7 +80,8 @@ fn what(contents: &FolderContents, summary: &Summary) -> String {
 
 /// The figure that a reader looks for: the first with an error and a prediction; what every run
 /// measures, the collision rate, comes after what the scene asks for, and what is only apparent or
-/// lost in its error comes last. What is 0 by symmetry is a test of the run and no answer.
+/// lost in its error comes last, predicted or not. What is 0 by symmetry is a test of the run and
+/// no answer.
 pub(super) fn main_figure(figures: &[Figure]) -> Option<&Figure> {
     let has_error = |figure: &&Figure| {
         figure.standard_error.is_some_and(|error| error > 0.0) && figure.prediction != Some(0.0)
@@ -96,8 +99,9 @@ pub(super) fn main_figure(figures: &[Figure]) -> Option<&Figure> {
     };
     let own = || figures.iter().filter(has_error).filter(is_own);
     predicted()
-        .find(is_own)
-        .or_else(|| predicted().next())
+        .filter(is_own)
+        .find(is_clear)
+        .or_else(|| predicted().find(is_clear))
         .or_else(|| own().find(is_clear))
         .or_else(|| own().next())
 }

@@ -4,7 +4,7 @@
 //! their instants, to the bit, and `carom run` makes the same contacts. A saved run is the folder
 //! of a run of that scene with a checkpoint at the end of an epoch, so that `carom run
 //! DIR/config.toml --out DIR --resume` continues from it. The measures of that run begin at the
-//! checkpoint.
+//! checkpoint. What a program has measured before is saved in a folder inside, [`MEASURED`].
 
 use std::{
     ffi::OsString,
@@ -36,12 +36,12 @@ use crate::schedule::{
     stages::{self, MAX_ACTIONS},
 };
 use crate::{
-    clock::Instant,
+    clock::{Instant, ThreadTime},
     command_line::command,
     file_names::PICTURES,
     interruption::Signals,
     manifest::Manifest,
-    measures::{Measures, requests},
+    measures::{Measures, Request, Span, requests},
     memory::{self, Demand},
     output::{Existing, Folder, MANIFEST},
     picture_of,
@@ -76,6 +76,26 @@ const NO_STOP: &str = "run.stop: a run that is edited while it continues does no
 /// Why a saved run measures nothing.
 const NOTHING_MEASURED: &str =
     "all measures: less than a sample interval is left of the stages that are measured";
+
+/// Largest number of parts into which the sample interval of a scene is divided, so that the
+/// intervals of added measures are multiples of a part. Larger: many samples for one of few digits.
+/// Smaller: more intervals are rounded.
+const MAX_PARTS: u32 = 1000;
+
+/// Two intervals are equal if they differ by at most this share: rounding.
+const SAME_INTERVAL: f64 = 1e-9;
+
+/// An interval that is no multiple of a part of another is changed by at most this share, if there
+/// are parts for that. Larger: measures are sampled at other times than was asked for. Smaller:
+/// more samples.
+const NEAR_INTERVAL: f64 = 0.01;
+
+/// Largest number of names that are tried for an added measure.
+const MAX_NAMES: u32 = 100;
+
+/// Folder, in that of a saved run, of what was measured before: tables and figures. No run writes
+/// there.
+pub const MEASURED: &str = "measured-before";
 
 /// Why a saved run is not the run of its scene from the beginning.
 const WITHIN_EPOCH: &str = "the bits of a run of the saved scene from its beginning: the state was saved within an \
@@ -139,6 +159,8 @@ pub struct InteractiveRun {
     actions: u64,
     limit: CallLimit,
     pieces: Pieces,
+    /// Processor time of the simulation since its start (seconds).
+    seconds: f64,
     /// Measures besides those of the scene, with the time between their samples: a saved run
     /// measures them too.
     watched: Vec<(MeasureSpec, f64)>,
@@ -151,6 +173,8 @@ pub struct Saved {
     pub time: f64,
     /// The command that continues from it.
     pub command: String,
+    /// The time from which on it measures; `None` if it measures nothing.
+    pub measures_from: Option<f64>,
     /// What the saved scene leaves out, with the reason, such as a measure whose bodies are no
     /// longer there.
     pub left_out: Vec<String>,
@@ -194,6 +218,7 @@ impl InteractiveRun {
             actions,
             limit,
             pieces,
+            seconds: 0.0,
             watched: Vec::new(),
         };
         // Thermostats of the first stage act at time 0.
@@ -205,7 +230,7 @@ impl InteractiveRun {
     }
 
     /// Sets the measures that a saved run has besides those of the scene, with the time between
-    /// their samples. They begin anew in that run.
+    /// their samples, which they keep there. They begin anew in that run.
     pub fn set_watched(&mut self, watched: Vec<(MeasureSpec, f64)>) {
         self.watched = watched;
     }
@@ -278,9 +303,10 @@ impl InteractiveRun {
     /// Runs towards `until`, to the end of the epoch at most, and for about [`PIECE`]; returns
     /// whether `until` has been reached.
     fn run_piece(&mut self, until: EpochTime, observer: &mut dyn Observer) -> Result<bool> {
-        let begun = Instant::now();
+        let (begun, clock) = (Instant::now(), ThreadTime::now());
         let target = self.pieces.end(self.simulation.time(), until);
         let reached = self.simulation.observe_epoch(target, observer)?;
+        self.seconds += clock.elapsed().as_secs_f64();
         let last = begun.elapsed();
         // The end of an epoch cuts a piece short: then its duration is no reason for longer ones.
         if reached || last > PIECE {
@@ -309,7 +335,10 @@ impl InteractiveRun {
             loop {
                 let (now, clock) = (self.simulation.time().to_f64(), Instant::now());
                 let end = (now + self.pieces.length()).max(now.next_up()).min(target);
-                if self.simulation.step(end, observer)? {
+                let processor = ThreadTime::now();
+                let has_hit = self.simulation.step(end, observer)?;
+                self.seconds += processor.elapsed().as_secs_f64();
+                if has_hit {
                     return Ok(true);
                 }
                 self.pieces.has_taken(clock.elapsed());
@@ -524,10 +553,18 @@ impl InteractiveRun {
     /// A file cannot be written, or `path` holds files; a thermostat has acted more often than a
     /// scene file allows (see [`Self::renew`]); the run cannot continue.
     pub fn save(&self, path: &Path) -> Result<Saved> {
+        self.save_with(path, &[])
+    }
+
+    /// Writes the run like [`Self::save`], and `measured` into a folder inside, [`MEASURED`].
+    ///
+    /// # Errors
+    /// Those of [`Self::save`].
+    pub fn save_with(&self, path: &Path, measured: &[NamedFile]) -> Result<Saved> {
         let (saved, scene, files) = self.saved_at(path)?;
         claim(path)?;
         let aside = beside(path);
-        let written = write(&aside, &scene, &saved.command, &files).and_then(|()| {
+        let written = write(&aside, &scene, &saved.command, &files, measured).and_then(|()| {
             publish(&aside, path).with_context(|| format!("cannot write {}", path.display()))
         });
         if written.is_err() {
@@ -569,7 +606,7 @@ impl InteractiveRun {
         };
         let time = state.time();
         let mut scene = ahead.ending_after(time.to_f64())?;
-        add_measures(&mut scene, &self.watched);
+        left_out.extend(add_measures(&mut scene, &self.watched));
         left_out.extend(leave_out_measures(&mut scene, &ahead.simulation.view()));
         left_out.extend(self.scene.run.stop.as_ref().map(|_| NO_STOP.to_owned()));
         let is_measured = |scene: &Scene| scene.stage.iter().any(|stage| stage.measure);
@@ -585,18 +622,33 @@ impl InteractiveRun {
             path.as_os_str(),
             "--resume".as_ref(),
         ]);
-        let files = ahead.files_of(&scene, &state)?;
+        let files = ahead.files_of(&scene, &state, self.seconds_until(&ahead))?;
+        let (from, _) = stages::window(&scene);
+        let measures_any = !scene.run.observe.is_empty() || !scene.measure.is_empty();
+        let measures_from = (measures_any && from.is_finite()).then(|| from.max(time.to_f64()));
         let saved = Saved {
             time: time.to_f64(),
             command,
+            measures_from,
             left_out,
         };
         Ok((saved, scene, files))
     }
 
+    /// The processor time for the collisions until a later state, at the rate so far (seconds). The
+    /// time that the way there took would differ between two saves of one state.
+    fn seconds_until(&self, ahead: &Self) -> f64 {
+        let [now, then] = [self, ahead].map(|run| run.view().counters().collisions);
+        if now == 0 {
+            self.seconds
+        } else {
+            self.seconds * then as f64 / now as f64
+        }
+    }
+
     /// The files of the run of `scene` without the manifest, in the order in which they are
-    /// written; the last is a checkpoint of this state.
-    fn files_of(&self, scene: &Scene, state: &Checkpoint) -> Result<Vec<NamedFile>> {
+    /// written; the last is a checkpoint of this state, which took this processor time (seconds).
+    fn files_of(&self, scene: &Scene, state: &Checkpoint, seconds: f64) -> Result<Vec<NamedFile>> {
         let view = self.simulation.view();
         let mut measures = Measures::new(scene, &view)?;
         measures.start(&view);
@@ -611,7 +663,8 @@ impl InteractiveRun {
             picture_of(&view, PICTURE).into_bytes(),
         ));
         let what = describe(scene, None);
-        let checkpoint = resumable::encode_going(&what, scene.run.until, done, state, &measures)?;
+        let checkpoint =
+            resumable::encode_going(&what, scene.run.until, done, state, seconds, &measures)?;
         files.push((CHECKPOINT.to_owned(), checkpoint));
         Ok(files)
     }
@@ -677,7 +730,7 @@ impl InteractiveRun {
             0.5 * MAX_ACTIONS
         );
         // Longer than the scene file says: fewer samples.
-        let shortest = until / (0.5 * MAX_SAMPLES);
+        let shortest = shortest_interval(until);
         run.sample_interval = run.sample_interval.max(shortest);
         run.snapshot_interval = run.snapshot_interval.map(|interval| interval.max(shortest));
         run.check_interval = run.check_interval.map(|interval| interval.max(shortest));
@@ -729,10 +782,24 @@ impl InteractiveRun {
 /// The name and the content of a file.
 pub type NamedFile = (String, Vec<u8>);
 
-/// Writes the files of a run, with its manifest, into a new folder.
-fn write(path: &Path, scene: &Scene, command: &str, files: &[NamedFile]) -> Result<()> {
+/// Writes the files of a run, with its manifest, into a new folder, and what was measured before
+/// into a folder inside.
+fn write(
+    path: &Path,
+    scene: &Scene,
+    command: &str,
+    files: &[NamedFile],
+    measured: &[NamedFile],
+) -> Result<()> {
     let (folder, _lock) = Folder::claim(path, Existing::Refuse)?;
     Manifest::write_new(&folder, command, &[scene])?;
+    if !measured.is_empty() {
+        // Not listed: a run that continues here removes and replaces what is.
+        let inner = folder.unlisted(MEASURED)?;
+        for (name, content) in measured {
+            inner.write_lasting(name, content)?;
+        }
+    }
     for (name, content) in files {
         if name == CHECKPOINT {
             // A state is not listed.
@@ -824,19 +891,167 @@ fn leave_out_measures(scene: &mut Scene, view: &View<'_>) -> Vec<String> {
     left_out
 }
 
-/// Adds measures to a scene, at samples of its run; those that it has already are left out.
-fn add_measures(scene: &mut Scene, measures: &[(MeasureSpec, f64)]) {
-    for (spec, interval) in measures {
+/// The shortest interval of samples in a saved scene that ends at `until` (time).
+fn shortest_interval(until: f64) -> f64 {
+    until / (0.5 * MAX_SAMPLES)
+}
+
+/// Adds measures to a scene, each with the time between its samples; those that it has already are
+/// left out. The sample interval of the scene is divided where that is needed, and its own measures
+/// keep theirs. Returns what cannot be kept, with the reason.
+fn add_measures(scene: &mut Scene, measures: &[(MeasureSpec, f64)]) -> Vec<String> {
+    let intervals: Vec<f64> = measures
+        .iter()
+        .map(|(spec, interval)| interval * samples_apart(spec))
+        .collect();
+    let most = (scene.run.sample_interval / shortest_interval(scene.run.until)) as u32;
+    let parts = parts(
+        scene.run.sample_interval,
+        &intervals,
+        most.clamp(1, MAX_PARTS),
+    );
+    if let Err(error) = divide_samples(scene, parts) {
+        return vec![format!("the added measures: {error:#}")];
+    }
+    let mut left_out = Vec::new();
+    for ((spec, _), interval) in measures.iter().zip(intervals) {
+        let name = match &spec.of {
+            Some(of) => format!("{}:{of}", spec.kind),
+            None => spec.kind.clone(),
+        };
+        let every = (interval / scene.run.sample_interval).round().max(1.0);
         let mut spec = spec.clone();
         spec.parameters.remove("interval");
-        let every = (interval / scene.run.sample_interval).round().max(1.0);
         spec.parameters
             .insert("every".to_owned(), MeasureParameter::Number(every));
-        scene.measure.push(spec);
-        if requests(scene).is_err() {
-            scene.measure.pop();
+        if let Err(error) = add_measure(scene, spec) {
+            left_out.push(format!("{name}: {error:#}"));
+            continue;
+        }
+        let saved = every * scene.run.sample_interval;
+        if (saved / interval - 1.0).abs() > SAME_INTERVAL {
+            left_out.push(format!(
+                "{name}: its sample interval of {interval}; it is {saved} in the saved run, a multiple of \
+                 run.sample_interval"
+            ));
         }
     }
+    left_out
+}
+
+/// Samples of a run for one sample of a measure.
+fn samples_apart(spec: &MeasureSpec) -> f64 {
+    match spec.parameters.get("every") {
+        Some(MeasureParameter::Number(every)) => *every,
+        _ => 1.0,
+    }
+}
+
+/// The smallest number of parts of an interval, up to `most`, of which all the others are multiples:
+/// up to rounding, or else nearly. `most` if there is none.
+fn parts(interval: f64, others: &[f64], most: u32) -> u32 {
+    let fits = |parts: u32, share: f64| {
+        others.iter().all(|other| {
+            let ratio = other * f64::from(parts) / interval;
+            ratio.round() >= 1.0 && (ratio - ratio.round()).abs() <= share * ratio
+        })
+    };
+    let find = |share: f64| (1..=most).find(|&parts| fits(parts, share));
+    find(SAME_INTERVAL)
+        .or_else(|| find(NEAR_INTERVAL))
+        .unwrap_or(most)
+}
+
+/// Divides the sample interval of a scene; its measures, snapshots and checks keep their times.
+///
+/// # Errors
+/// A measure of the scene is invalid.
+fn divide_samples(scene: &mut Scene, parts: u32) -> Result<()> {
+    if parts == 1 {
+        return Ok(());
+    }
+    let requests = requests(scene)?;
+    let is_sampled = |request: &Request| request.kind.span != Span::EveryContact;
+    let (of_names, of_specs) = requests.split_at(scene.run.observe.len());
+    let names = std::mem::take(&mut scene.run.observe);
+    let mut measures = Vec::new();
+    for (name, request) in names.into_iter().zip(of_names) {
+        if is_sampled(request) {
+            let tags = request.tags.join(",");
+            measures.push(MeasureSpec {
+                kind: request.kind.name.to_owned(),
+                of: (!tags.is_empty()).then_some(tags),
+                ..MeasureSpec::default()
+            });
+        } else {
+            scene.run.observe.push(name);
+        }
+    }
+    let sampled = of_names.iter().filter(|request| is_sampled(request));
+    let requests: Vec<&Request> = sampled.chain(of_specs).collect();
+    measures.append(&mut scene.measure);
+    for (spec, request) in measures.iter_mut().zip(requests) {
+        if is_sampled(request) && !spec.parameters.contains_key("interval") {
+            let every = f64::from(parts) * samples_apart(spec);
+            let every = MeasureParameter::Number(every);
+            spec.parameters.insert("every".to_owned(), every);
+        }
+    }
+    scene.measure = measures;
+    let run = &mut scene.run;
+    let interval = run.sample_interval;
+    if run.snapshots.is_some() {
+        run.snapshot_interval.get_or_insert(interval);
+    }
+    run.check_interval.get_or_insert(interval);
+    run.sample_interval = interval / f64::from(parts);
+    Ok(())
+}
+
+/// Adds a measure to a scene, under a name of its own if another one would write the same files;
+/// one that the scene has already is left out.
+///
+/// # Errors
+/// The measure is invalid in this scene.
+fn add_measure(scene: &mut Scene, spec: MeasureSpec) -> Result<()> {
+    let base = [spec.name.as_deref(), spec.of.as_deref()]
+        .into_iter()
+        .flatten()
+        .next()
+        .map_or_else(String::new, |word| format!("{}-", word.replace(',', "-")));
+    scene.measure.push(spec);
+    let Err(error) = requests(scene) else {
+        return Ok(());
+    };
+    let last = scene.measure.len() - 1;
+    for number in 1..=MAX_NAMES {
+        scene.measure[last].name = Some(format!("{base}live-{number}"));
+        let Ok(requests) = requests(scene) else {
+            continue;
+        };
+        let is_there = requests.split_last().is_some_and(|(added, others)| {
+            others.iter().any(|other| has_same_results(added, other))
+        });
+        if is_there {
+            scene.measure.pop();
+        }
+        return Ok(());
+    }
+    scene.measure.pop();
+    Err(error)
+}
+
+/// Whether two measures differ in their names alone.
+fn has_same_results(one: &Request, other: &Request) -> bool {
+    let given = |request: &Request| {
+        let mut given = request.given.clone();
+        given.retain(|key, _| key != "every" && key != "interval");
+        given
+    };
+    one.kind.name == other.kind.name
+        && one.tags == other.tags
+        && one.every == other.every
+        && given(one) == given(other)
 }
 
 /// Ends the run and its last stage at `until`.

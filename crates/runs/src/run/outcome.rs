@@ -3,7 +3,7 @@
 use anyhow::{Error, Result};
 use carom::{
     Observer, Scene, View,
-    engine::{MeasureFrom, ReactionCounts, RunSpec, TileCounters},
+    engine::{BodyView, MeasureFrom, ReactionCounts, RunSpec, TileCounters},
 };
 use carom_methods::{AnySimulation, Method};
 use carom_tables::{Check, Figure, OVERLAPPING_PAIRS, Summary, Totals, stationarity::MIN_JUDGED};
@@ -51,8 +51,9 @@ pub struct RunOutcome {
     /// Tables and figures of the measures.
     pub results: Results,
     totals: Totals,
+    /// Number of bodies; walls do not count, pistons do.
     bodies: usize,
-    /// Number of bodies that cannot move: walls, bumpers and fixed molecules.
+    /// Number of those that cannot move: bumpers and fixed molecules.
     fixed: usize,
     /// kT at the end (mass × length² / time²); `None` without thermal motion.
     temperature: Option<f64>,
@@ -259,6 +260,9 @@ pub(super) fn outcome_of(
     let (hard_discs, judged) = theory(view, scene);
     let results = measures.results(&judged, &hard_discs);
     let collisions = view.counters().collisions;
+    let is_fixed = |body: &BodyView<'_>| body.body.is_fixed();
+    let is_wall = |body: &BodyView<'_>| body.body.is_wall() && is_fixed(body);
+    let bodies = || view.bodies().filter(|body| !is_wall(body));
     RunOutcome {
         totals: Totals {
             collisions,
@@ -267,8 +271,8 @@ pub(super) fn outcome_of(
             ..results.totals
         },
         results,
-        bodies: view.len(),
-        fixed: view.bodies().filter(|body| body.body.is_fixed()).count(),
+        bodies: bodies().count(),
+        fixed: bodies().filter(is_fixed).count(),
         temperature: view.temperature(),
         left_at_rest: left_at_rest(view),
         at_once: [

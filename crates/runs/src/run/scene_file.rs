@@ -63,6 +63,9 @@ impl SceneFile {
             Err(error) if error.kind() == ErrorKind::InvalidData => {
                 bail!("cannot read the scene file {path}: it is not a text file")
             }
+            Err(_) if self.path.is_dir() => bail!(
+                "{path} is a folder, and no scene file: the scene of a run is config.toml in its folder"
+            ),
             text => text.with_context(|| format!("cannot read the scene file {path}"))?,
         };
         let mut scene = Scene::from_toml(&text).map_err(|error| {

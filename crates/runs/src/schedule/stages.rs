@@ -181,6 +181,11 @@ pub fn measured_elasticities(scene: &Scene) -> Vec<&ElasticitySpec> {
     }
 }
 
+/// Whether nothing changes the energy of the system but a start that is not yet in equilibrium.
+pub fn is_equilibrium(scene: &Scene) -> bool {
+    scene.elasticity.is_elastic() && !scene.has_heated_walls() && is_disturbed(scene).is_none()
+}
+
 /// The reason why no theory of a gas that is left alone predicts what is measured; `None` if
 /// nothing changes the system after the start of the measured part.
 pub fn is_disturbed(scene: &Scene) -> Option<&'static str> {

@@ -11,6 +11,7 @@ pub mod gases;
 pub mod lattice;
 mod pairs;
 mod rotors;
+mod sides;
 mod solvable;
 mod symmetry;
 pub mod watch;
@@ -61,7 +62,7 @@ impl ExtremeFinding {
 /// One case.
 #[derive(Debug, Clone, Copy)]
 pub struct ExtremeCase {
-    /// Number after sections 6 and 7 of the list of reference cases.
+    /// Number after sections 6 and 7 of the list of reference cases; 8 are bodies with sides.
     pub id: &'static str,
     /// The scene.
     pub name: &'static str,
@@ -77,6 +78,7 @@ pub fn cases() -> Vec<ExtremeCase> {
         pairs::cases(),
         gases::cases(),
         rotors::cases(),
+        sides::cases(),
         crowds::cases(),
         lattice::cases(),
         borders::cases(),

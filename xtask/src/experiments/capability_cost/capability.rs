@@ -43,6 +43,20 @@ pub enum Capability {
     Wells,
     /// Reactions of discs that collide.
     Reactions,
+    /// Ellipses, which rotate.
+    Ellipses,
+    /// Curved walls.
+    Arcs,
+    /// Walls that move.
+    MovingWalls,
+    /// Pistons.
+    Pistons,
+    /// Gravity.
+    Gravity,
+    /// A drag.
+    Drag,
+    /// Shear.
+    Shear,
 }
 
 /// Degree of use of a capability.
@@ -68,7 +82,7 @@ pub enum Variant {
 
 impl Capability {
     /// All capabilities.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 23] = [
         Self::Turning,
         Self::Sides,
         Self::Locked,
@@ -85,6 +99,13 @@ impl Capability {
         Self::Bonds,
         Self::Wells,
         Self::Reactions,
+        Self::Ellipses,
+        Self::Arcs,
+        Self::MovingWalls,
+        Self::Pistons,
+        Self::Gravity,
+        Self::Drag,
+        Self::Shear,
     ];
 
     /// Name of the capability.
@@ -106,6 +127,13 @@ impl Capability {
             Self::Bonds => "bonds",
             Self::Wells => "wells",
             Self::Reactions => "reactions",
+            Self::Ellipses => "ellipses",
+            Self::Arcs => "curved walls",
+            Self::MovingWalls => "moving walls",
+            Self::Pistons => "pistons",
+            Self::Gravity => "gravity",
+            Self::Drag => "drag",
+            Self::Shear => "shear",
         }
     }
 
@@ -170,6 +198,22 @@ impl Capability {
             (Self::Reactions, CapabilityLevel::Used) => {
                 "discs of two tags, which they exchange at contacts"
             }
+            (Self::Ellipses, CapabilityLevel::Idle) => "one ellipse 2:1 among the discs",
+            (Self::Ellipses, CapabilityLevel::Used) => "200 ellipses 2:1 among the discs",
+            (Self::Arcs, CapabilityLevel::Idle) => "half a circle of a disc's radius",
+            (Self::Arcs, CapabilityLevel::Used) => "a circle of radius 0.4, discs on both sides",
+            (Self::MovingWalls, CapabilityLevel::Idle) => {
+                "one wall of a disc's length that moves slowly"
+            }
+            (Self::MovingWalls, CapabilityLevel::Used) => "a wall across the box that oscillates",
+            (Self::Pistons, CapabilityLevel::Idle) => "a piston of mass 1e9, beside a wall",
+            (Self::Pistons, CapabilityLevel::Used) => "a piston of mass 100, beside a wall",
+            (Self::Gravity, CapabilityLevel::Idle) => "gravity of 1e-9, on a floor",
+            (Self::Gravity, CapabilityLevel::Used) => "gravity of 1, on a floor",
+            (Self::Drag, CapabilityLevel::Idle) => "a drag of 1e-9",
+            (Self::Drag, CapabilityLevel::Used) => "a drag of 1",
+            (Self::Shear, CapabilityLevel::Idle) => "a shear rate of 1e-9",
+            (Self::Shear, CapabilityLevel::Used) => "a shear rate of 1",
         }
     }
 
@@ -246,6 +290,28 @@ impl Capability {
                 "engine/src/contact/reaction_table.rs",
                 "engine/src/world/reaction_record.rs",
             ],
+            Self::Ellipses => &[
+                "detection/src/ellipses.rs",
+                "detection/src/support_edge.rs",
+                "detection/src/support_pair.rs",
+                "geometry/src/ellipse.rs",
+                "geometry/src/support.rs",
+            ],
+            Self::Arcs => &[
+                "detection/src/arc_pair.rs",
+                "detection/src/squared_gap.rs",
+                "geometry/src/bend.rs",
+            ],
+            Self::MovingWalls => &[
+                "detection/src/driven.rs",
+                "engine/src/start/wall_motions.rs",
+                "engine/src/world/drives.rs",
+                "kinematics/src/drive.rs",
+            ],
+            Self::Pistons => &["engine/src/start/pistons.rs", "engine/src/world/pistons.rs"],
+            Self::Gravity => &["engine/src/scene/gravity.rs"],
+            Self::Drag => &["kinematics/src/drag_clock.rs"],
+            Self::Shear => &["engine/src/world/shear.rs"],
             Self::Locked | Self::Bumpers => &[],
         }
     }
