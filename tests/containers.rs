@@ -47,6 +47,34 @@ fn a_disc_in_a_circle_keeps_its_angular_momentum() {
     assert_eq!(disc.view().overlaps().pairs, 0);
 }
 
+/// Contacts late in an epoch overlap by the rounding of their time. That these overlaps are
+/// corrected leaves only a random walk of the angular momentum, of 5·10⁻¹⁶ a contact for these
+/// starts: 2.5·10⁻¹³ in all. Corrections along the normal would lower it by 3·10⁻¹⁷ a contact.
+#[test]
+fn corrections_of_overlaps_do_not_lower_the_angular_momentum_in_a_circle() {
+    let circle = "[[container]]\ncircle = { at = [0.5, 0.5], radius = 0.4 }\n\
+                  [[molecule]]\natoms = [{ at = [0, 0], radius = 0.05, mass = 1 }]\n";
+    for start in [
+        "at = [0.45, 0.3]\nvelocity = [-0.7, 0.2]\n",
+        "at = [0.7, 0.6]\nvelocity = [-1.1, 1.3]\n",
+    ] {
+        let mut disc = simulation(&(circle.to_owned() + start));
+        let momentum = |simulation: &Simulation| {
+            let (place, velocity) = moving(simulation);
+            (place - 0.5).perp_dot(velocity)
+        };
+        let before = momentum(&disc);
+        let speed = moving(&disc).1.length();
+        let chord = 2.0 * (0.35f64.powi(2) - (before / speed).powi(2)).sqrt();
+        disc.run_until(220_000.0 * chord / speed).unwrap();
+        let contacts = disc.view().counters().fixed_collisions;
+        assert!(contacts >= 219_999, "{contacts}");
+        let change = momentum(&disc) / before - 1.0;
+        assert!(change.abs() < 1e-12, "{start}: {change:e}");
+        assert_eq!(disc.view().overlaps().pairs, 0);
+    }
+}
+
 /// The mean chord of a convex table is π A/P (Cauchy; Santaló, Integral Geometry and Geometric
 /// Probability (1976), equation 3.6), of an ergodic one along one path.
 #[test]

@@ -244,7 +244,7 @@ impl<R: Response> Rules<'_, R> {
         };
         let lost = changes_energy.then(|| energy(before) + work - energy(&after));
         let mut onwards = after;
-        round_outwards(self.world, depth, &frame, inertias, &mut onwards);
+        round_outwards(self.world, contact, depth, &frame, inertias, &mut onwards);
         Resolved {
             frame,
             elasticity: elasticity.with_kick_times(slowing()),

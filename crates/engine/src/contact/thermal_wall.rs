@@ -82,7 +82,7 @@ pub(crate) fn resolve<R>(
     };
     let heat = kinetic_energy(&after[moving], inertia) - kinetic_energy(old, inertia) - work;
     let mut onwards = after;
-    round_outwards(world, depth, &frame, inertias, &mut onwards);
+    round_outwards(world, contact, depth, &frame, inertias, &mut onwards);
     let resolved = Resolved {
         frame,
         elasticity: Elasticity::ELASTIC,
