@@ -338,8 +338,8 @@ fn bodies_without_a_way_out_end_a_run_by_name() {
     let error = simulation.run_until(10.0).unwrap_err();
     assert!(matches!(error, RunError::Squeezed { .. }), "{error}");
     assert!(error.to_string().contains("(tag press)"), "{error}");
-    // The gap of 0.625 closes at 2.5.
-    assert!((simulation.time().to_f64() - 2.5).abs() < 1e-3);
+    // The gap of 0.625 closes at 2.5; the run ends where it is about a thousandth of that.
+    assert!((simulation.time().to_f64() - 2.5).abs() < 1e-2);
     let gas = "[box]\nsides = [1.0, 0.1]\n[[wall]]\nx = 0.0\n[[wall]]\nx = 0.8\nmotion = { velocity = [-2.0, 0.0] }\n\
         [[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 12\nregion.x = [0.0, 0.8]";
     let mut simulation = Simulation::new(&scene(gas)).unwrap();

@@ -52,26 +52,13 @@ struct Head<'a> {
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     outlines: BTreeMap<u16, ShapeOutline>,
     kinds: Vec<KindOfBody>,
-    /// Ends, and half the thickness (length), of each wall at `time`; its number, whether it is
-    /// heated, and its motion if it moves.
-    walls: Vec<([f64; 5], u64, bool, Option<MotionOfWall>)>,
+    /// Ends, and half the thickness (length), of each wall when the list was made; its number, and
+    /// whether it is heated. Where walls move, frames have their ends.
+    walls: Vec<([f64; 5], u64, bool)>,
     /// Bonds: two bodies by their places in the list, and the tied points of each in its frame
     /// (length).
     #[serde(skip_serializing_if = "Vec::is_empty")]
     bonds: Vec<([u32; 2], [f64; 4])>,
-    /// Time of the list.
-    time: f64,
-}
-
-/// Pivot of a wall (length), the velocity of that, and the angular velocity.
-type MotionOfWall = [f64; 5];
-
-/// The motion of a wall; `None` if it is at rest.
-fn motion_of_wall(wall: &BodyView<'_>) -> Option<MotionOfWall> {
-    let motion = &wall.motion;
-    let (pivot, velocity) = (motion.position, motion.velocity);
-    let spin = motion.angular_velocity;
-    (!motion.is_at_rest()).then_some([pivot.x, pivot.y, velocity.x, velocity.y, spin])
 }
 
 #[derive(Debug, Serialize)]
@@ -94,7 +81,6 @@ impl BodyList {
             kinds: Vec::new(),
             walls: Vec::new(),
             bonds: Vec::new(),
-            time: view.time().to_f64(),
         };
         let (mut listed, mut known) = (ListedBodies::default(), KnownShapes::default());
         let mut reach = 0.0_f64;
@@ -109,8 +95,7 @@ impl BodyList {
                 let is_heated = body.body.wall_temperature().is_some();
                 for [from, to] in body.wall_segments() {
                     let drawn = [from.x, from.y, to.x, to.y, edge.radius()];
-                    let motion = motion_of_wall(&body);
-                    head.walls.push((drawn, body.body.id(), is_heated, motion));
+                    head.walls.push((drawn, body.body.id(), is_heated));
                 }
                 continue;
             }

@@ -10,9 +10,9 @@
 //! | 16 to 31 | 2 `f64` middle of the window (length) |
 //! | 32 to 35 | `u32` number of the frame |
 //! | 36 to 39 | `u32` number n of bodies |
-//! | 40 to 43 | `u32` flags: 1 indices, 2 orientations, 4 values |
+//! | 40 to 43 | `u32` flags: 1 indices, 2 orientations, 4 values, 8 walls |
 //! | 44 to 47 | `u32` number k of contacts of the chosen body, the last first |
-//! | from 48 | `u32` n indices in that list, if some bodies are left out; `f32` n places x, then y, relative to the middle (length); `f32` n orientations (radians); `f32` n values; then k times 5 `f32`: age, place relative to the present one, and impulse |
+//! | from 48 | `u32` n indices in that list, if some bodies are left out; `f32` n places x, then y, relative to the middle (length); `f32` n orientations (radians); `f32` n values; then k times 5 `f32`: age, place relative to the present one, and impulse; then, if a wall moves, for each wall of the list 4 `f32`: its ends relative to the middle (length) |
 //!
 //! Places are those of the nearest image to the middle of the window, so that a page resolves its
 //! pixels at any magnification.
@@ -59,9 +59,14 @@ pub fn encode(
         angles,
         values,
     } = ShownBodies::new(view, body_list, window, centre);
+    let moves = view
+        .bodies()
+        .any(|body| body.body.is_wall() && !body.motion.is_at_rest());
+    let moves = moves || view.bodies().any(|body| body.body.is_piston());
     let flags = u32::from(!is_whole)
         + 2 * u32::from(body_list.turns)
-        + 4 * u32::from(window.colour != BodyColour::Kind);
+        + 4 * u32::from(window.colour != BodyColour::Kind)
+        + 8 * u32::from(moves);
     let mut bytes = Vec::with_capacity(HEAD + 4 * (5 * xs.len() + 5 * kicks.len()));
     bytes.extend(1_u32.to_le_bytes());
     bytes.extend(body_list.version.to_le_bytes());
@@ -83,6 +88,19 @@ pub fn encode(
     {
         let row = [*age, place.x, place.y, impulse.x, impulse.y];
         bytes.extend(row.iter().flat_map(|number| (*number as f32).to_le_bytes()));
+    }
+    if moves {
+        let segments = view.bodies().flat_map(|body| {
+            let segments = body.wall_segments();
+            segments.collect::<Vec<_>>()
+        });
+        for end in segments.flatten() {
+            let away = (end - centre).to_array();
+            bytes.extend(
+                away.iter()
+                    .flat_map(|number| (*number as f32).to_le_bytes()),
+            );
+        }
     }
     bytes
 }
@@ -198,6 +216,31 @@ mod tests {
             colour,
             follow: None,
         }
+    }
+
+    #[test]
+    fn a_frame_has_the_walls_where_they_are_once_one_moves() {
+        let scene = Scene::from_toml(
+            "[[wall]]\nx = 0.0\n[[piston]]\nx = 0.5\nmass = 1.0\nvelocity = 0.25\n\
+             stops = [0.25, 0.75]\n",
+        )
+        .unwrap();
+        let mut simulation = Simulation::new(&scene).unwrap();
+        let list = BodyList::new(1, "piston", None, &simulation.view());
+        // It has turned back at its stop.
+        simulation.run_until(1.5).unwrap();
+        let label = FrameLabel {
+            number: 1,
+            body_list: &list,
+        };
+        let around = window([0.5, 0.5], 0.5, BodyColour::Kind);
+        let bytes = encode(&simulation.view(), label, &around, &[]);
+        assert_eq!((word(&bytes, 40), bytes.len()), (8, HEAD + 32));
+        let ends: Vec<f32> = (0..8)
+            .map(|place| float(&bytes, HEAD + 4 * place))
+            .collect();
+        assert_eq!([ends[0], ends[2]], [-0.5; 2], "{ends:?}");
+        assert_eq!([ends[4], ends[6]], [0.125; 2], "{ends:?}");
     }
 
     #[test]

@@ -85,7 +85,7 @@ mod tests {
     use carom_runs::measures::{SingleMeasure, Tracked};
 
     #[test]
-    fn each_table_is_a_file_and_equal_names_are_told_apart() {
+    fn each_table_is_a_file_and_equal_names_have_the_number_of_their_measure() {
         let scene =
             "[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100";
         let scene = Scene::from_toml(scene).unwrap();

@@ -1207,8 +1207,8 @@ class Simulation:
         >>> gas = {"radius": 0.01, "mass": 1, "energy": 0.5, "count": 100, "tags": ["gas"]}
         >>> sim = carom.Simulation({"gas": [gas]})
         >>> sim.thermostat("gas", "kick", momentum=[2.0, 0.0])
-        >>> sim.momentum.round(9).tolist()
-        [200.0, 0.0]
+        >>> float(round(sim.momentum[0], 9))
+        200.0
         >>> for step in range(1, 11):
         ...     sim.thermostat("gas", "langevin", every=0.1, friction=2.0, temperature=1.0)
         ...     sim.run(until=0.1 * step)

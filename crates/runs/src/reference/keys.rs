@@ -311,7 +311,7 @@ pub(super) fn without_columns(meaning: &str, unit: &str, range: &str) -> String 
     if let Some((least, most)) = range.split_once(" to ") {
         for minus in ["-", "−"] {
             let [least, most] = [least, most].map(|number| number.replace('-', minus));
-            for comma in [",", ""] {
+            for comma in [",", ";", ""] {
                 let words = format!("{comma} from {least} to {most}");
                 for end in [".", ",", ":", ";", ")"] {
                     text = text.replacen(&format!("{words}{end}"), end, 1);

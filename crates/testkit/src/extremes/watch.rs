@@ -238,6 +238,12 @@ pub fn survey_of(run: &mut AnySimulation, collisions: u64) -> Result<Survey> {
 impl Survey {
     /// Conditions that hold in every run.
     pub fn findings(&self, name: &str) -> Vec<ExtremeFinding> {
+        self.findings_to(name, 1e-13)
+    }
+
+    /// These conditions, with the largest relative change that is allowed of the angular momentum
+    /// about a contact.
+    pub fn findings_to(&self, name: &str, angular: f64) -> Vec<ExtremeFinding> {
         let named = |what: &str| {
             if name.is_empty() {
                 what.to_owned()
@@ -268,7 +274,7 @@ impl Survey {
             ExtremeFinding::new(
                 named("angular momentum about a contact, relative error"),
                 watch.angular_error,
-                1e-13,
+                angular,
             ),
             ExtremeFinding::never(
                 named("runs without collisions"),

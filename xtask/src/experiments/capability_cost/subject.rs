@@ -452,9 +452,7 @@ pub fn scene(variant: Variant) -> Scene {
 fn beside_the_gas(capability: Capability, used: bool) -> Scene {
     let radius = radius();
     let text = match (capability, used) {
-        (Capability::Arcs, true) => {
-            "[[container]]\ncircle = { at = [0.5, 0.5], radius = 0.4 }".to_owned()
-        }
+        (Capability::Arcs, true) => "[[wall]]\narc = { at = [0.5, 0.5], radius = 0.4 }".to_owned(),
         (Capability::Arcs, false) => {
             format!(
                 "[[wall]]\narc = {{ at = [0.5, 0.5], radius = {radius}, from = 0.0, to = 3.0 }}"
