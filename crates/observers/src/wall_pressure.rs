@@ -4,8 +4,9 @@
 //! p = Σ J·n / (t l), with the impulses J on the bodies, the normal n away from the wall, and the
 //! length l of all sides of the walls: that of the gas where it is not disturbed by the walls. A
 //! thermal wall can give a molecule that turns an impulse towards itself, which counts as negative.
-//! Far from the walls the density is n, so that p = p(n) of the equation of state. At the walls the density of centres is p/kT for smooth
-//! elastic contacts of a gas at equilibrium (contact theorem; Henderson, Blum & Lebowitz 1979).
+//! Far from the walls the density is n, so that p = p(n) of the equation of state. At the walls the
+//! density of centres is p/kT for smooth elastic contacts of a gas at equilibrium (contact theorem;
+//! Henderson, Blum & Lebowitz 1979).
 //!
 //! p is the mean over both sides of the walls. What a gas on one side gives to them is the net
 //! force per length, f = Σ J / (t l') along the axis across the walls, with their length l'. A

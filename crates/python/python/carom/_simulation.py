@@ -1126,6 +1126,8 @@ class Simulation:
     def set_transparent(self, pairs: Sequence[str | Sequence[str]]) -> None:
         """Replaces the pairs of bodies that do not see each other; an empty list ends them.
 
+        Diameters by pair, ``[[diameter]]`` of a scene, hold for the whole run.
+
         Parameters
         ----------
         pairs : sequence of str or of two str

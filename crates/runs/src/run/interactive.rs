@@ -947,8 +947,8 @@ fn samples_apart(spec: &MeasureSpec) -> f64 {
     }
 }
 
-/// The smallest number of parts of an interval, up to `most`, of which all the others are multiples:
-/// up to rounding, or else nearly. `most` if there is none.
+/// The smallest number of parts of an interval, up to `most`, of which all the others are
+/// multiples: up to rounding, or else nearly. `most` if there is none.
 fn parts(interval: f64, others: &[f64], most: u32) -> u32 {
     let fits = |parts: u32, share: f64| {
         others.iter().all(|other| {
