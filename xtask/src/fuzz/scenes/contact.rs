@@ -39,8 +39,8 @@ pub struct ContactRules<'a> {
     pub law: &'a ContactLaw,
     /// True if the guard against inelastic collapse may raise it.
     pub guarded: bool,
-    /// The speed at which the guard separates a body at least that has fallen on a fixed one
-    /// (length per time); 0 for others.
+    /// The speed at which the guard separates two bodies at least (length per time); 0 without
+    /// gravity and forces.
     pub bounce: f64,
     /// True if gravity or the motion of a wall accelerates the surfaces towards each other: they
     /// may then touch without an approach that is more than rounding.

@@ -8,7 +8,7 @@ use carom_kinematics::{EpochTime, Motion};
 use super::{
     case::{CaseEdit, SceneCase, piston},
     contact::{self, ContactRules, MeasuredContact},
-    kinematics::{BodyOutline, BodyPair, BodyState, Placed, dot, length},
+    kinematics::{BodyOutline, BodyPair, BodyState, Placed, along, dot, length},
     laws::SceneRules,
     oscillation::WallOscillation,
     table_path::TablePath,
@@ -321,17 +321,20 @@ impl Watcher {
         way > USED_UP * self.longer_side()
     }
 
-    /// The speed at which the guard separates a body at least from a fixed one on which it has
-    /// fallen: the share `contact_time` of that after a fall by its radius (length per time).
+    /// The speed at which the guard separates two bodies at least of which gravity, or the force on
+    /// a piston, accelerates one relative to the other: the share `contact_time` of the speed after
+    /// a fall by the diameter of the smaller one (length per time).
     fn bounce(&self, contact: &CollisionReport<'_>) -> f64 {
-        let sides = || contact.sides.iter();
-        if !sides().any(|side| side.body.is_fixed()) {
-            return 0.0;
-        }
-        let bodies = sides().filter(|side| !side.body.is_wall());
+        let [of_first, of_second] = contact.sides.each_ref().map(|side| {
+            let known = self.bodies.get(&side.body.key());
+            known.map_or([0.0; 2], |body| body.state.gravity)
+        });
+        let sides = contact.sides.iter();
+        let bodies = sides.filter(|side| !side.body.is_wall());
         let radii = bodies.map(|side| side.body.molecule().bounding_radius());
         let diameter = 2.0 * radii.fold(f64::INFINITY, f64::min);
-        self.rules.elasticity.contact_time * (diameter * length(self.rules.gravity)).sqrt()
+        let fall = length(along(of_second, -1.0, of_first));
+        self.rules.elasticity.contact_time * (diameter * fall).sqrt()
     }
 
     /// Returns true if gravity, a force or the motion of a wall accelerates one of two surfaces.
