@@ -32,6 +32,7 @@ use carom_detection::{DISC_LANES, Detection, DiscLanes, Outcome};
 use carom_geometry::Molecule;
 use carom_kinematics::{Motion, RelativeMotion};
 
+use glam::DVec2;
 use smallvec::SmallVec;
 
 use crate::{
@@ -326,9 +327,11 @@ impl Neighbours {
 
     /// Adds a piston or its partner, of which `molecule` is not the piston, in the box and in its
     /// nearest images: along the axis of the piston, and along the piston too if an atom of the
-    /// molecule can be beyond the border, where the next image of the piston is.
-    fn push_images(&mut self, body: u32, axis: usize, molecule: &Molecule) {
-        let sideways = if molecule.is_disc() { 0..=0 } else { -1..=1 };
+    /// molecule can be beyond the border, where the next image of the piston is. So can a disc in a
+    /// frame that falls, along which the piston rises.
+    fn push_images(&mut self, world: &World, body: u32, axis: usize, molecule: &Molecule) {
+        let stays_inside = molecule.is_disc() && world.gravity == DVec2::ZERO;
+        let sideways = if stays_inside { 0..=0 } else { -1..=1 };
         for aside in sideways {
             for boxes in -1..=1 {
                 let mut image = [aside; 2];
@@ -360,7 +363,7 @@ impl HeapScheduler {
             for other in (0..world.bodies().len() as u32).filter(|&other| counts(other)) {
                 let partner = &world.bodies()[other as usize];
                 if !partner.is_wall() {
-                    neighbours.push_images(other, axis, partner.molecule());
+                    neighbours.push_images(world, other, axis, partner.molecule());
                 }
             }
             return;
@@ -387,7 +390,7 @@ impl HeapScheduler {
                 && counts(piston)
             {
                 let molecule = world.bodies()[body as usize].molecule();
-                neighbours.push_images(piston, axis, molecule);
+                neighbours.push_images(world, piston, axis, molecule);
             }
         }
     }

@@ -41,6 +41,15 @@ pub(crate) struct WallMeeting {
     pub bodies: [usize; 2],
 }
 
+/// What is known of the meetings of bodies of infinite mass until some time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct WallMeetings {
+    pub first: Option<WallMeeting>,
+    /// True if bodies overlap now, which may part and then meet again: of these the search says
+    /// nothing.
+    pub some_overlap: bool,
+}
+
 /// The largest time in which no wall travels more than the shorter side of the box; infinite if
 /// none moves.
 pub(crate) fn longest_sweep(world: &World) -> f64 {
@@ -54,8 +63,9 @@ pub(crate) fn longest_sweep(world: &World) -> f64 {
 
 /// The first meeting of a wall that moves with a fixed body until `horizon` (offset in the epoch,
 /// time).
-pub(crate) fn first_meeting(world: &World, horizon: f64) -> Option<WallMeeting> {
+pub(crate) fn first_meeting(world: &World, horizon: f64) -> WallMeetings {
     let mut first: Option<WallMeeting> = None;
+    let mut some_overlap = false;
     for wall in world.moving_walls() {
         for other in 0..world.bodies.len() {
             let moves_too =
@@ -64,22 +74,41 @@ pub(crate) fn first_meeting(world: &World, horizon: f64) -> Option<WallMeeting> 
                 continue;
             }
             let horizon = first.map_or(horizon, |first| first.time);
-            let time = meeting_of_pair(world, [wall, other], horizon);
-            if let Some(time) = time.filter(|&time| first.is_none_or(|first| time < first.time)) {
+            let time = match meeting_of_pair(world, [wall, other], horizon) {
+                PairMeeting::At(time) => time,
+                PairMeeting::Never => continue,
+                PairMeeting::Overlap => {
+                    some_overlap = true;
+                    continue;
+                }
+            };
+            if first.is_none_or(|first| time < first.time) {
                 let bodies = [wall, other];
                 first = Some(WallMeeting { time, bodies });
             }
         }
     }
-    first
+    WallMeetings {
+        first,
+        some_overlap,
+    }
+}
+
+/// What is known of the first meeting of a pair until some time.
+enum PairMeeting {
+    /// Offset in the epoch (time).
+    At(f64),
+    Never,
+    /// They slide along each other, or leave each other.
+    Overlap,
 }
 
 /// The time of the first meeting of a pair in any image.
-fn meeting_of_pair(world: &World, pair: [usize; 2], horizon: f64) -> Option<f64> {
+fn meeting_of_pair(world: &World, pair: [usize; 2], horizon: f64) -> PairMeeting {
     let [a, b] = pair.map(|index| (&world.bodies[index], &world.motions[index]));
     let drives = pair.map(|index| world.oscillation(index));
     if drives[0].is_some() && drives[0] == drives[1] {
-        return None;
+        return PairMeeting::Never;
     }
     let pair_of_body = [(a, drives[0]), (b, drives[1])];
     let speed = pair_of_body.map(|((body, motion), drive)| match drive {
@@ -115,11 +144,10 @@ fn meeting_of_pair(world: &World, pair: [usize; 2], horizon: f64) -> Option<f64>
             let gap = pair.gap(0.0);
             if gap <= pair.rounding {
                 if pair.comes_back() {
-                    return Some(0.0);
+                    return PairMeeting::At(0.0);
                 }
-                // They slide along each other, also where one is longer than the box and meets the
-                // other in several images, or leave each other.
-                return None;
+                // Also where one is longer than the box and meets the other in several images.
+                return PairMeeting::Overlap;
             }
             if gap <= way
                 && let Some(time) = pair.meeting(first.unwrap_or(horizon))
@@ -128,7 +156,7 @@ fn meeting_of_pair(world: &World, pair: [usize; 2], horizon: f64) -> Option<f64>
             }
         }
     }
-    first
+    first.map_or(PairMeeting::Never, PairMeeting::At)
 }
 
 /// Two fixed bodies, of which one at least moves.

@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use crate::{
     run::simulation::{Epoch, Simulation},
+    scene::error::RunError,
     scheduler::Scheduler,
 };
 
@@ -112,13 +113,10 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
         let until_change = self.world.next_change_of_walls() - self.offset;
         let horizon = horizon.min(self.time_to_first_stop()).min(until_change);
         let until = now.after(horizon).to_f64();
-        let moved_on = ahead
-            .step(until, &mut ())
-            .is_ok_and(|_| ahead.counters.collisions > begun);
-        let next = if moved_on {
-            ahead.time().since(now)
-        } else {
-            horizon
+        let next = match ahead.step(until, &mut ()) {
+            Ok(_) if ahead.counters.collisions > begun => ahead.time().since(now),
+            Err(RunError::WallsMeet { time, .. }) => time.since(now),
+            _ => horizon,
         };
         // Motions are those of the clock of the drag.
         let clock = self.world.clock;

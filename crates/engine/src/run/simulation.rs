@@ -576,14 +576,14 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         if limit < apart_for {
             return Ok(apart_for);
         }
-        match first_meeting(&self.world, limit) {
+        let meetings = first_meeting(&self.world, limit);
+        match meetings.first {
             // Further meetings are searched for together, since an epoch may be short.
             None => {
-                // Walls with tables have other velocities later.
+                // Walls with tables have other velocities later, and walls that overlap may part.
                 let horizon = EPOCHS_OF_SEARCH * limit;
-                if self.world.wall_tables.is_empty()
-                    && first_meeting(&self.world, horizon).is_none()
-                {
+                let are_lasting = self.world.wall_tables.is_empty() && !meetings.some_overlap;
+                if are_lasting && first_meeting(&self.world, horizon).first.is_none() {
                     self.walls_meet_after = self.world.epoch.after(horizon);
                 }
                 Ok(limit)

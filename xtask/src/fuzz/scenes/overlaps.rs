@@ -107,29 +107,32 @@ impl Watcher {
                 let bound = self.gap_bound(&one, &other) + error_a + error_b;
                 worst = worst.max(-gap / bound);
                 if exceeds(-gap, bound) {
-                    deepest = Some((gap, bound));
+                    deepest = Some((gap, bound, [*key_a, *key_b]));
                 }
             }
         }
         self.report.count("moments", 1);
         self.report.keep_worst("overlap/bound", worst);
-        if let Some((gap, bound)) = deepest {
+        if let Some((gap, bound, [one, other])) = deepest {
             let time = time.to_f64();
             self.report.fail(
                 "overlap between events",
-                format!("gap {gap:e} at {time:e}, allowed {bound:e}"),
+                format!("gap {gap:e} of {one:?} and {other:?} at {time:e}, allowed {bound:e}"),
             );
         }
     }
 
     /// Tests whether the engine missed a contact that its brute-force search finds `time` from now,
     /// before the next one at `next`: examines whether bodies overlap in between by more than
-    /// rounding. The times of grazing contacts differ by more than the clock resolution.
+    /// rounding. The times of grazing contacts differ by more than the clock resolution. Walls may
+    /// have met by then, at which the run ends.
     pub fn look_ahead(&mut self, now: EpochTime, time: f64, next: f64) {
+        let apart = std::mem::take(&mut self.apart);
         for halvings in 0..LOOKS_AHEAD {
             let after = (next - time) * 0.5f64.powi(halvings);
             self.look_at_all(now.after(time + after));
         }
+        self.apart = apart;
     }
 
     /// Examines all pairs at random times since the last event.
