@@ -245,6 +245,29 @@ fn a_run_with_a_piston_is_resumed_to_the_bit() {
     }
 }
 
+/// A paddle that begins across a wall leaves it, and ends the run half a turn later, where it meets
+/// the wall with its other blade; a resumed run ends there too.
+#[test]
+fn a_paddle_meets_again_the_wall_that_it_has_left() {
+    let text = format!(
+        "[[wall]]\nfrom = [0.3, 0.5]\nto = [0.7, 0.5]\nmotion = {{ turn = 1.0 }}\n\
+         [[wall]]\nfrom = [0.6, 0.45]\nto = [0.6, 0.55]\n{}",
+        GASES[0]
+    );
+    let mut simulation = Simulation::new(&scene(&text)).unwrap();
+    // The paddle leaves the wall at the angle arctan 1/2.
+    simulation.run_until(1.0).unwrap();
+    let mut resumed = Simulation::resume(&simulation.end_epoch_here()).unwrap();
+    let meets = std::f64::consts::PI - 0.5f64.atan();
+    for simulation in [&mut simulation, &mut resumed] {
+        let error = simulation.run_until(4.0).unwrap_err();
+        assert!(matches!(error, RunError::WallsMeet { .. }), "{error}");
+        let time = simulation.time().to_f64();
+        assert!((time - meets).abs() < 1e-4, "{time}");
+    }
+    assert_eq!(simulation.time(), resumed.time());
+}
+
 /// Mirrors the velocities of all bodies and walls: the gas returns to its start.
 #[test]
 fn a_compressed_gas_returns_when_all_velocities_are_reversed() {

@@ -172,6 +172,44 @@ fn both_schedulers_find_the_contact_of_a_molecule_over_the_border() {
     assert!((piston(&cells)[1] - piston(&heap)[1]).abs() < 1e-15);
 }
 
+/// Under a gravity along the piston a disc meets the image of the piston beyond the border: the
+/// places of the search are those of a frame that falls.
+#[test]
+fn both_schedulers_find_the_contact_of_a_disc_that_falls_over_the_border() {
+    let scene = scene(
+        "[gravity]\nacceleration = [0.0, 5.0]\n[[wall]]\ny = 0.5\n\
+        [[piston]]\nx = 0.25\nmass = 4.0\nstops = [0.125, 0.75]\n\
+        [[molecule]]\nshape = \"disc\"\natom_radius = 0.0625\natom_mass = 1.0\nat = [0.5, 0.9921875]\n\
+        velocity = [-1.0, 0.0]",
+    );
+    let mut cells = Simulation::new(&scene).unwrap();
+    let mut heap = on_heap(&scene);
+    cells.run_until(0.25).unwrap();
+    heap.run_until(0.25).unwrap();
+    assert_eq!(cells.view().counters().collisions, 1);
+    assert_eq!(heap.view().counters().collisions, 1);
+    assert!((piston(&cells)[1] - piston(&heap)[1]).abs() < 1e-15);
+}
+
+/// A piston passes through a bumper that it does not see, and is resumed within it.
+#[test]
+fn a_piston_within_a_body_that_it_does_not_see_is_resumed() {
+    let scene = scene(
+        "[[piston]]\nx = 0.3\nmass = 1.0\nvelocity = 1.0\nstops = [0.1, 0.9]\ntags = [\"piston\"]\n\
+        [[bumper]]\nradius = 0.1\nat = [0.5, 0.5]\ntags = [\"post\"]\n\
+        [[transparent]]\nbetween = [\"piston\", \"post\"]",
+    );
+    let mut simulation = Simulation::new(&scene).unwrap();
+    simulation.run_until(0.25).unwrap();
+    let checkpoint = simulation.end_epoch_here();
+    let mut resumed: Simulation = Simulation::resume(&checkpoint).unwrap();
+    resumed.run_until(0.75).unwrap();
+    // Reflected at 0.9 after a time of 0.6.
+    let [place, velocity] = piston(&resumed);
+    assert!((place - 0.75).abs() < 1e-14, "{place}");
+    assert_eq!(velocity, -1.0);
+}
+
 /// A gas of discs and dumbbells on both sides of a piston with a force.
 const TWO_GASES: &str = "[box]\nsides = [2.0, 1.0]\n[[wall]]\nx = 0.0\n[[wall]]\ny = 0.0\n\
     [[piston]]\nx = 0.75\nradius = 0.01\nmass = 5.0\nforce = -1.5\ntags = [\"piston\"]\n\

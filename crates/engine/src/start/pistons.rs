@@ -239,7 +239,8 @@ fn refuse_piston(world: &World, index: usize) -> Result<(), String> {
     };
     for (other, wall) in world.bodies.iter().enumerate() {
         let motion = &world.motions[other];
-        if wall.is_fixed() && !wall.is_wall() && overlaps(world, index, other, axis) {
+        let is_seen = || world.pairs.sees(&body.kind.tags, &wall.kind.tags);
+        if wall.is_fixed() && !wall.is_wall() && is_seen() && overlaps(world, index, other, axis) {
             return Err(format!("the piston overlaps fixed body {}", wall.id()));
         }
         if other == index || !wall.is_wall() {
