@@ -55,11 +55,20 @@ impl<A: Support> FacingEdge<'_, A> {
 
     /// ℓ |n·e|; 0 for a line without ends.
     fn reach_along(&self, turned: DVec2) -> f64 {
-        let half = self.edge.half_length();
-        if half == f64::INFINITY {
+        if self.half_length() == f64::INFINITY {
             0.0
         } else {
-            half * turned.dot(self.edge.along()).abs()
+            self.edge.half_length() * turned.dot(self.edge.along()).abs()
+        }
+    }
+
+    /// ℓ (length); infinite without ends, as for a wall across the box: where it ends, its next
+    /// image begins.
+    fn half_length(&self) -> f64 {
+        if self.edge.ends().is_none() && self.edge.bend().is_none() {
+            f64::INFINITY
+        } else {
+            self.edge.half_length()
         }
     }
 
@@ -70,7 +79,7 @@ impl<A: Support> FacingEdge<'_, A> {
         if beside.is_beside && beside.gap > error {
             return beside;
         }
-        if self.edge.half_length() == f64::INFINITY {
+        if self.half_length() == f64::INFINITY {
             return beside;
         }
         let ends = [-1.0, 1.0].map(|side| self.beyond(side, error));
@@ -102,8 +111,8 @@ impl<A: Support> FacingEdge<'_, A> {
             normal: side,
             gap: side.dot(self.d) - side.dot(middle) - (point.distance + self.edge.radius()),
             point,
-            is_beside: foot.abs() <= self.edge.half_length(),
-            beyond: foot.abs() - self.edge.half_length(),
+            is_beside: foot.abs() <= self.half_length(),
+            beyond: foot.abs() - self.half_length(),
         }
     }
 
@@ -127,6 +136,31 @@ mod tests {
     use super::*;
     use crate::Molecule;
     use proptest::prelude::*;
+
+    /// An ellipse beyond the border touches the image of a wall across the box on its line: the
+    /// next image of the wall begins there.
+    #[test]
+    fn a_wall_across_the_box_has_no_ends() {
+        let wall = Molecule::wall_without_ends(DVec2::new(2.0, 0.0), 0.0).unwrap();
+        let part = Ellipse::new([0.2, 0.1], DVec2::X).unwrap();
+        for beyond in [-1e-9, 1e-12, 1e-9, 1e-3, 0.1] {
+            let d = DVec2::new(1.0 + beyond, 0.1);
+            let edge = &wall.edges()[0];
+            let facing = FacingEdge {
+                part: &part,
+                edge,
+                rotations: [DVec2::X; 2],
+                d,
+            };
+            let found = facing.farthest(1e-15);
+            assert_eq!(
+                (found.normal, found.is_beside),
+                (DVec2::Y, true),
+                "{beyond}"
+            );
+            assert!(found.gap.abs() < 1e-16, "{beyond}: {}", found.gap);
+        }
+    }
 
     proptest! {
         /// The gap of an ellipse and a wall is the least distance of its points from the wall.

@@ -285,7 +285,12 @@ pub(crate) fn contact_frame(
     let shift = if edged == 1 { -shift } else { shift };
     let place = ((motions[1 - edged].position - motions[edged].position) + shift) + arm;
     let rotation = motions[edged].orientation.cos_sin();
-    let rounding = rounding_bound(world.bounds.sides(), body(1 - edged).reach());
+    // Of a wall across the box an end is where its next image begins.
+    let rounding = if body(edged).axis_across().is_some() {
+        f64::INFINITY
+    } else {
+        rounding_bound(world.bounds.sides(), body(1 - edged).reach())
+    };
     let nearest =
         edge.nearest_to_rounding(DVec2::new(rotation.x, -rotation.y).rotate(place), rounding);
     let outwards = rotation.rotate(nearest.direction);

@@ -353,6 +353,10 @@ impl BodyState {
     }
 }
 
+/// Length of a wall across the box, in sides of the box: more than 1, so that no contact is at an
+/// end.
+const WITHOUT_ENDS: f64 = 1.0 + 1.0 / 64.0;
+
 impl BodyOutline {
     /// Outline of a molecule or a wall.
     pub fn new(molecule: &Molecule) -> Self {
@@ -369,12 +373,18 @@ impl BodyOutline {
                 along: ellipse.along().to_array(),
             })
             .collect();
+        // A wall across the box has no ends, where its next image begins.
+        let longer = if molecule.is_wall() && molecule.atoms().is_empty() {
+            WITHOUT_ENDS
+        } else {
+            1.0
+        };
         let edges: Vec<OutlineEdge> = molecule
             .edges()
             .iter()
             .map(|edge| OutlineEdge {
                 middle: edge.middle().to_array(),
-                half: (edge.half_length() * edge.along()).to_array(),
+                half: (longer * edge.half_length() * edge.along()).to_array(),
                 radius: edge.radius(),
             })
             .collect();
