@@ -305,6 +305,19 @@ fn check_impulse(
     // positions for bodies that move eight sides in an epoch.
     let places = 128.0 * U * (rules.sides[0] + rules.sides[1]) + place_error;
     let resolved = speed * (2.0 * places / touch.distance + 16.0 * U) + spins * places;
+    // The deepest point of a graze may be one of rounding: the two already separate by then, by at
+    // most the speed that their path about each other gives them over such a depth.
+    let graze = (2.0 * place_error * speed * (speed / touch.distance + spins)).sqrt();
+    let parts = speeds.approach < -speeds.error && speeds.approach > -graze;
+    if parts && contact.impulse.to_array() == [0.0; 2] {
+        report.count("grazes", 1);
+        return MeasuredContact {
+            approach: speeds.approach,
+            speed,
+            distance: touch.distance,
+            ..MeasuredContact::default()
+        };
+    }
     check_restitution(contact.elasticity.coefficient(), &speeds, resolved, report);
     let rough = RoughContact {
         contact,
