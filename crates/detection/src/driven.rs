@@ -76,7 +76,11 @@ pub(crate) fn first_contact<R: Recorder>(
         let limit = search.limit();
         if begin <= limit {
             let times = [f64::INFINITY, limit];
-            let outcome = pair(parts).first_contact(begin, times, &mut 0, &mut search);
+            let pair = pair(parts);
+            let outcome = match pair.first_contact(begin, times, &mut 0, &mut search) {
+                PairOutcome::Contact(time) if !pair.is_in_image(time) => PairOutcome::Free,
+                outcome => outcome,
+            };
             search.record_touch(outcome, touch);
         }
     }
@@ -245,6 +249,18 @@ impl<'a> DrivenPair<'a> {
         pair.top_speed = start.top_speed + drive.bounds(end).velocity;
         pair.size = start.size;
         pair
+    }
+
+    /// Whether an ellipse touches a wall across the box in this image of the wall.
+    fn is_in_image(&self, time: f64) -> bool {
+        let PartPair::ConvexEdge(body, shape, offset, edge) = &self.parts else {
+            return true;
+        };
+        let (motion, _) = self.motion.driven(self.drive, self.from, time);
+        let [a, b] = self.bodies;
+        let flight = Flight::new(a, b, &motion);
+        let reach = motion.separation.length() + offset.length();
+        SupportEdgePair::within(&flight, *body, shape, *offset, edge, reach).is_in_image(0.0)
     }
 
     /// The parts at a time, with the bounds of this pair.

@@ -14,7 +14,10 @@
 //! 4. **A line that cuts the part.** There the nearest point of the part can lie beside the edge
 //!    though the part cuts the line beyond its end. Where f of the normal does not certify, the
 //!    directions from both ends are therefore tried.
-//! 5. **Ends.** Where the best direction comes from an end, it is not that of the greatest f, but
+//! 5. **Lines.** A wall across the box has no ends, and n is its normal everywhere. Of its images,
+//!    which lie on one line, a contact is that of the image that the point of contact is in; at the
+//!    border of two it may be that of both, at the same time to rounding.
+//! 6. **Ends.** Where the best direction comes from an end, it is not that of the greatest f, but
 //!    is off by at most δ = √(E/32 F), so that f' is off by δ times its greatest derivative. The
 //!    end lies in an atom, whose contact is found by itself.
 
@@ -148,7 +151,17 @@ impl<'a, P: Support> SupportEdgePair<'a, P> {
         if begin > end {
             return PairOutcome::Free;
         }
-        self.first_contact(begin, [f64::INFINITY, end], &mut 0, search)
+        let outcome = self.first_contact(begin, [f64::INFINITY, end], &mut 0, search);
+        match outcome {
+            PairOutcome::Contact(time) if !self.is_in_image(time) => PairOutcome::Free,
+            _ => outcome,
+        }
+    }
+
+    /// Whether the point that touches a line at this time is within the image of the wall that the
+    /// edge is; elsewhere the part touches the next image, to rounding at the same time.
+    pub(crate) fn is_in_image(&self, time: f64) -> bool {
+        !self.edge.is_line() || self.pose(time).facing.beyond <= self.error.at(time)
     }
 
     /// The position of P's centre relative to that of Q, or its velocity.
@@ -315,7 +328,8 @@ impl<P: Support> GapFunction for SupportEdgePair<'_, P> {
         let apart = (self.spins[0] - self.spins[1]).abs();
         let size = self.part.reach() + self.part.max_bend();
         let way = 2.0 * duration * (self.error.speed() + apart * size);
-        pose.facing.is_beside && pose.facing.beyond + self.error.at(pose.at.time) + way <= 0.0
+        let room = || pose.facing.beyond + self.error.at(pose.at.time) + way;
+        self.edge.is_line() || pose.facing.is_beside && room() <= 0.0
     }
 
     /// Always `time`: the window of the search already covers all times within reach.

@@ -145,6 +145,12 @@ impl Edge {
         self.ends
     }
 
+    /// Whether it is a straight edge without ends: a wall across the box, whose next image begins
+    /// where it ends, or a half-plane.
+    pub fn is_line(&self) -> bool {
+        self.ends.is_none() && self.bend.is_none()
+    }
+
     /// The middle of the line between the ends, in the frame of the body (length); the origin for a
     /// half-plane and a straight wall without a pivot.
     pub fn middle(&self) -> DVec2 {

@@ -30,7 +30,7 @@ pub struct EdgeTangents {
     pub gap: f64,
     /// The point of the part on its tangent, for its outward normal −n.
     pub point: SupportPoint,
-    /// Whether the edge is touched between its ends.
+    /// Whether the edge is touched between its ends, or as a line.
     pub is_beside: bool,
     /// How far the nearest point of the part is beyond the end of the edge (length); negative
     /// beside it, infinite for tangents that do not lie along the edge.
@@ -53,22 +53,12 @@ impl<A: Support> FacingEdge<'_, A> {
         }
     }
 
-    /// ℓ |n·e|; 0 for a line without ends.
+    /// ℓ |n·e|; 0 for a line.
     fn reach_along(&self, turned: DVec2) -> f64 {
-        if self.half_length() == f64::INFINITY {
+        if self.edge.is_line() {
             0.0
         } else {
             self.edge.half_length() * turned.dot(self.edge.along()).abs()
-        }
-    }
-
-    /// ℓ (length); infinite without ends, as for a wall across the box: where it ends, its next
-    /// image begins.
-    fn half_length(&self) -> f64 {
-        if self.edge.ends().is_none() && self.edge.bend().is_none() {
-            f64::INFINITY
-        } else {
-            self.edge.half_length()
         }
     }
 
@@ -79,7 +69,7 @@ impl<A: Support> FacingEdge<'_, A> {
         if beside.is_beside && beside.gap > error {
             return beside;
         }
-        if self.half_length() == f64::INFINITY {
+        if self.edge.is_line() {
             return beside;
         }
         let ends = [-1.0, 1.0].map(|side| self.beyond(side, error));
@@ -111,8 +101,8 @@ impl<A: Support> FacingEdge<'_, A> {
             normal: side,
             gap: side.dot(self.d) - side.dot(middle) - (point.distance + self.edge.radius()),
             point,
-            is_beside: foot.abs() <= self.half_length(),
-            beyond: foot.abs() - self.half_length(),
+            is_beside: self.edge.is_line() || foot.abs() <= self.edge.half_length(),
+            beyond: foot.abs() - self.edge.half_length(),
         }
     }
 

@@ -36,6 +36,7 @@ from ._replicas import measures, replicas, run
 from ._results import Column, Figure, Results, Table, estimate, open_run
 from ._scene import Scene
 from ._simulation import Measure, Simulation, load
+from ._study import Point, Study
 
 __all__ = [
     "COLLISION",
@@ -55,11 +56,13 @@ __all__ = [
     "Molecule",
     "MoleculeError",
     "NotStationaryWarning",
+    "Point",
     "Results",
     "RunError",
     "Scene",
     "SceneError",
     "Simulation",
+    "Study",
     "Table",
     "__version__",
     "estimate",

@@ -5,9 +5,11 @@ from __future__ import annotations
 import importlib
 import sys
 import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
-__all__ = ["Progress"]
+__all__ = ["Progress", "counted"]
 
 # Wall time between two drawings (seconds), and the width of the bar (characters).
 _PAUSE = 0.1
@@ -51,4 +53,33 @@ class Progress:
         """Draws the end."""
         self._draw(now, collisions, time.monotonic() - self._begun)
         if self._display is None:
+            sys.stderr.write("\n")
+
+
+@contextmanager
+def counted(total: int, unit: str) -> Iterator[Callable[[int], object]]:
+    """Shows how many of ``total`` are done: by tqdm where it is installed, else by a line.
+
+    The function that it gives takes the number of those that have ended since its last call.
+    """
+    try:
+        bar = importlib.import_module("tqdm.auto").tqdm(total=total, unit=unit)
+    except ImportError:
+        bar = None
+    if bar is not None:
+        with bar:
+            yield bar.update
+        return
+    ended = 0
+
+    def update(count: int) -> None:
+        nonlocal ended
+        ended += count
+        sys.stderr.write(f"\r{ended} of {total} {unit}s")
+        sys.stderr.flush()
+
+    try:
+        yield update
+    finally:
+        if ended:
             sys.stderr.write("\n")

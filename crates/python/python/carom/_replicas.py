@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Union
 
 from . import _carom
-from ._errors import NotStationaryWarning
+from ._errors import CaromError, NotStationaryWarning
 from ._plain import number, whole
 from ._results import Results
 from ._scene import Scene
@@ -15,7 +15,7 @@ from ._scene import Scene
 if TYPE_CHECKING:
     from concurrent.futures import Executor, Future
 
-__all__ = ["measures", "replicas", "run"]
+__all__ = ["measures", "merged", "prepare", "replicas", "run", "run_all"]
 
 # Time between two looks for Ctrl-C (seconds).
 _PAUSE = 0.1
@@ -81,7 +81,7 @@ def run(
     >>> found.figures["pressure"].prediction is not None
     True
     """
-    return _judged(_run(_prepared(scene, until, measures), None))
+    return _judged(_run(prepare(scene, until, measures), None))
 
 
 def replicas(
@@ -108,8 +108,8 @@ def replicas(
         Number of replicas that run at once. Default: all cores. They run in threads of this
         process, which the interpreter does not delay: scripts need no ``__main__`` guard.
     executor : concurrent.futures.Executor, optional
-        Where to run instead: a ``ProcessPoolExecutor``, ``dask.distributed.Client.get_executor()``
-        and the like. Scenes and results pickle.
+        Where to run instead: a ``ProcessPoolExecutor``, ``dask.distributed.Client.get_executor()``,
+        ``mpi4py.futures.MPIPoolExecutor()`` and the like. Scenes and results pickle.
 
     Returns
     -------
@@ -124,38 +124,79 @@ def replicas(
     >>> carom.replicas(scene, 3, measures=["pressure"]).runs
     [(0, 0), (0, 1), (0, 2)]
     """
+    count, begin = whole("n", n, 1), whole("first", first, 0)
+    prepared = prepare(scene, until, measures)
+    scenes = [prepared.replaced(replica=begin + index) for index in range(count)]
+    return _judged(merged(run_all(scenes, processes, executor)))
+
+
+def run_all(
+    scenes: Sequence[Scene],
+    processes: int | None,
+    executor: Executor | None,
+    *,
+    labels: Sequence[str] = (),
+    report: Callable[[int], object] | None = None,
+) -> list[Results]:
+    """Runs all scenes, and returns their results in the order of the scenes.
+
+    ``report`` receives the number of runs that have ended since its last call. The error of a run
+    begins with its label.
+    """
     from concurrent.futures import ThreadPoolExecutor
     from threading import Event
 
-    count, begin = whole("n", n, 1), whole("first", first, 0)
     workers = os.cpu_count() or 1 if processes is None else whole("processes", processes, 1)
-    prepared = _prepared(scene, until, measures)
-    scenes = [prepared.replaced(replica=begin + index) for index in range(count)]
     if executor is not None:
-        return _judged(_merged([executor.submit(_run, one, None) for one in scenes]))
+        return _results([executor.submit(_run, one, None) for one in scenes], labels, report)
     stop = Event()
-    with ThreadPoolExecutor(min(workers, count), "carom") as pool:
-        futures = [pool.submit(_run, one, stop.is_set) for one in scenes]
+    with ThreadPoolExecutor(min(workers, len(scenes)), "carom") as pool:
         try:
-            return _judged(_merged(futures))
+            return _results([pool.submit(_run, one, stop.is_set) for one in scenes], labels, report)
         except BaseException:
-            # Also Ctrl-C: the replicas that run end soon, the others do not begin.
+            # Also Ctrl-C: the runs in progress end soon, the others do not begin.
             stop.set()
-            pool.shutdown(wait=False, cancel_futures=True)
             raise
 
 
-def _merged(futures: list[Future[Results]]) -> Results:
+def _results(
+    futures: list[Future[Results]], labels: Sequence[str], report: Callable[[int], object] | None
+) -> list[Results]:
     from concurrent.futures import FIRST_EXCEPTION, wait
 
-    # In short waits, so that Ctrl-C is not deferred.
-    while wait(futures, _PAUSE, FIRST_EXCEPTION).not_done:
-        if any(future.done() and future.exception() for future in futures):
-            break
-    merged = futures[0].result()
-    for future in futures[1:]:
-        merged = merged + future.result()
-    return merged
+    try:
+        waiting = set(futures)
+        while waiting:
+            # In short waits, so that Ctrl-C is not deferred.
+            done, waiting = wait(waiting, _PAUSE, FIRST_EXCEPTION)
+            if report is not None and done:
+                report(len(done))
+            if any(future.exception() for future in done):
+                break
+        # With an error, only the runs that have ended: one of them raises it.
+        return [_result(future, labels[index : index + 1]) for index, future in enumerate(futures)
+                if future not in waiting]
+    except BaseException:
+        for future in futures:
+            future.cancel()
+        raise
+
+
+def _result(future: Future[Results], label: Sequence[str]) -> Results:
+    try:
+        return future.result()
+    except CaromError as error:
+        if not label:
+            raise
+        raise type(error)(f"{label[0]}: {error}") from error
+
+
+def merged(results: Sequence[Results]) -> Results:
+    """The merged results of at least one run."""
+    found = results[0]
+    for other in results[1:]:
+        found = found + other
+    return found
 
 
 def _run(scene: Scene, stop: Callable[[], bool] | None) -> Results:
@@ -177,7 +218,8 @@ def _judged(results: Results) -> Results:
     return results
 
 
-def _prepared(scene: Any, until: float | None, measures: Wanted) -> Scene:
+def prepare(scene: Any, until: float | None, measures: Wanted) -> Scene:
+    """The scene with this end and with these measures besides its own."""
     base = scene if isinstance(scene, Scene) else Scene(scene)
     if isinstance(measures, (str, Mapping)):
         measures = [measures]
