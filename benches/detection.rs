@@ -1,8 +1,8 @@
 //! Time of one query, by kind of pair and detector: `cargo bench --bench detection`.
 //!
 //! Before the single times it prints three tables that do not depend on the machine: the time of
-//! the golden-secant detector relative to the exact one, that of ellipses relative to tees, and the
-//! growth of the time with the number of atoms.
+//! the golden-secant detector relative to the exact one, that of other shapes relative to tees, and
+//! the growth of the time with the number of atoms.
 
 use std::{hint::black_box, time::Instant};
 
@@ -232,17 +232,30 @@ fn of_equal(molecule: &Molecule, reach: f64, kind: Kind) -> Vec<Encounter> {
     asked.take(300).collect()
 }
 
-/// Prints the time of ellipses, and of dumbbells, relative to that of tees with the same bounding
-/// circle, measured alternately.
+/// Prints the time of bodies with sides, of ellipses and of dumbbells relative to that of tees with
+/// the same bounding circle, measured alternately.
 #[expect(clippy::print_stdout, reason = "prints a table")]
-fn ellipses() {
+fn shapes() {
     let tee = Molecule::named(Shape::Tee, 1.0, 1.0).unwrap();
     let reach = tee.bounding_radius();
     let ellipse = |ratio: f64| Molecule::ellipse([reach, reach / ratio], 1.0).unwrap();
     let dumbbell = Molecule::named(Shape::Dumbbell, 0.5 * reach, 1.0).unwrap();
+    let regular = |corners: u32| {
+        let corner = |index| {
+            let turn = f64::from(index) / f64::from(corners);
+            reach * DVec2::from_angle(std::f64::consts::TAU * turn)
+        };
+        let corners: Vec<DVec2> = (0..corners).map(corner).collect();
+        Molecule::polygon(&corners, 1e-6 * reach, 1.0).unwrap()
+    };
+    // The straight part is twice the diameter.
+    let capsule = Molecule::capsule(4.0 * reach / 3.0, reach / 3.0, 1.0).unwrap();
     let bodies = [
         ("tee", tee),
         ("dumbbell", dumbbell),
+        ("square", regular(4)),
+        ("capsule:2", capsule),
+        ("polygon:16", regular(16)),
         ("ellipse:2", ellipse(2.0)),
         ("ellipse:5", ellipse(5.0)),
         ("ellipse:20", ellipse(20.0)),
@@ -252,7 +265,7 @@ fn ellipses() {
         let lists = bodies
             .each_ref()
             .map(|(_, body)| of_equal(body, reach, kind));
-        let mut least = [f64::INFINITY; 5];
+        let mut least = bodies.each_ref().map(|_| f64::INFINITY);
         for _ in 0..200 {
             for (least, list) in least.iter_mut().zip(&lists) {
                 *least = least.min(seconds(EXACT, list, 1));
@@ -292,7 +305,7 @@ fn main() {
     // `cargo test --benches` only checks that it runs.
     if std::env::args().any(|argument| argument == "--bench") {
         ratios();
-        ellipses();
+        shapes();
         growth();
     }
     benches();

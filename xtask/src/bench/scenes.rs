@@ -49,6 +49,24 @@ pub fn all() -> Vec<(&'static str, Build)> {
         "ellipses-0.3-2000",
         Box::new(|| gas_only(ellipses(2000, 0.3))),
     ));
+    scenes.push((
+        "squares-0.3-2000",
+        Box::new(|| gas_only(sided("square", 1.0, 2000, 0.3))),
+    ));
+    // A straight part of L diameters d has the area L d² + π d²/4.
+    for (name, shape, length) in [
+        ("capsules-0.3-2000", "capsule:2", 2.0),
+        ("long-capsules-0.3-2000", "capsule:7", 7.0),
+    ] {
+        let gas = move || gas_only(sided(shape, length + 0.25 * PI, 2000, 0.3));
+        scenes.push((name, Box::new(gas)));
+    }
+    // As long as the longer capsules.
+    let atom_radius = (0.3f64 / (8.0 * PI * 2000.0)).sqrt();
+    scenes.push((
+        "rods-0.3-2000",
+        Box::new(move || gas_only(molecules("rod:8", atom_radius, 0.125, 2000))),
+    ));
     scenes.push(("one-big-disc", Box::new(one_big_disc)));
     scenes.push((
         "one-big-disc-without",
@@ -247,6 +265,16 @@ fn ellipses(count: usize, area_fraction: f64) -> GasSpec {
         energy: 1.5,
         count: Some(count),
         ..GasSpec::default()
+    }
+}
+
+/// So many molecules with sides, whose area is this times the square of their size.
+fn sided(shape: &str, area: f64, count: usize, area_fraction: f64) -> GasSpec {
+    let size = (area_fraction / (area * count as f64)).sqrt();
+    GasSpec {
+        shape: Some(shape.to_owned()),
+        size: Some(size.into()),
+        ..ellipses(count, area_fraction)
     }
 }
 
