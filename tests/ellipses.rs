@@ -287,3 +287,24 @@ fn no_ellipse_is_placed_in_a_solid_square() {
         assert!(nearest > 0.3, "{gas}, {placement}: {nearest}");
     }
 }
+
+/// An ellipse that turns about the centre of mass of the body around it: the line of their centres
+/// has no direction, the contact has.
+#[test]
+fn a_body_about_the_centre_of_mass_of_another_touches_it_along_the_normal() {
+    let text = "[[molecule]]\nat = [0.5, 0.5]\nangular_velocity = 3.0\nmass = 1.0\nshape = \"ellipse:10\"\nsize = 0.3\n\
+        [[molecule]]\nat = [0.5, 0.5]\nellipses = [\n\
+        { at = [0.1, 0.0], axes = [0.02, 0.03], mass = 1.0 },\n\
+        { at = [-0.2, 0.0], axes = [0.02, 0.03], mass = 0.5 },\n]\norientation_turns = 0.25\nrotation = \"locked\"";
+    let scene = Scene::from_toml(text).unwrap();
+    let mut simulation = Simulation::new(&scene).unwrap();
+    let energy = simulation.view().energy();
+    simulation.step(1.0, &mut ()).unwrap();
+    let view = simulation.view();
+    assert_eq!(view.counters().collisions, 1);
+    let motions: Vec<_> = view.bodies().map(|body| body.motion).collect();
+    // The ellipse turns by less than a quarter, and pushes the other body ahead of it.
+    assert!(motions[0].angular_velocity < 2.9, "{motions:?}");
+    assert!(motions[1].velocity.x < -0.01, "{motions:?}");
+    assert!((view.energy() - energy).abs() < 1e-15 * energy);
+}

@@ -18,6 +18,10 @@ use crate::world::{
     wall::{arm, contact_frame},
 };
 
+/// The length of a line of centres that is shorter, in bounding radii. Only its direction counts;
+/// smaller: its square may vanish.
+const LEAST_SEPARATION: f64 = 1e-6;
+
 /// Lever arms and normal of any contact, and the depth by which the two bodies overlap (length).
 #[inline(always)]
 pub(crate) fn contact_geometry(
@@ -118,9 +122,11 @@ fn ellipse_frame(
                 arm(0, i, found.normal, &found.points[0]),
                 arm(1, j, -found.normal, &found.points[1]),
             ];
-            let line_of_centres = separation.length() * found.normal;
+            // Centres of mass may coincide, where a body is inside a hollow of the other.
+            let least = LEAST_SEPARATION * molecules[0].bounding_radius();
+            let length = separation.length().max(least);
             let frame = ContactFrame {
-                line_of_centres,
+                line_of_centres: length * found.normal,
                 arms,
             };
             return Some((frame, -found.gap));
