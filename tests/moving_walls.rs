@@ -2,11 +2,13 @@
 
 use carom_detection::Exact;
 use carom_engine::{
-    CellScheduler, CellsPerSide, HeapScheduler, Instructions, RunError, Scene, Simulation,
-    WallMotionSpec,
+    CellScheduler, CellsPerSide, HeapScheduler, Instructions, Observer, RunError, Scene,
+    Simulation, WallMotionSpec,
 };
-use carom_observers::{Group, WallHeat, WallWork};
+use carom_kinematics::{EpochTime, Motion};
+use carom_observers::{Group, WallHeat, WallPressure, WallWork};
 use carom_response::Impact;
+use glam::DVec2;
 
 fn scene(text: &str) -> Scene {
     Scene::from_toml(text).unwrap()
@@ -92,6 +94,262 @@ fn a_wall_that_recedes_faster_than_the_ball_does_nothing_and_one_at_its_speed_do
         simulation.run_until(60.0).unwrap();
         assert_eq!(simulation.view().counters().collisions, 0, "{w}");
         assert_eq!(simulation.view().ledger().work, 0.0);
+    }
+}
+
+/// A wall recedes at the speed of a ball that touches it, and then rests: the ball is reflected
+/// when the wall stops, not before, and leaves.
+#[test]
+fn a_ball_that_touches_a_receding_wall_is_reflected_when_the_wall_stops() {
+    let text = "box.sides = [8.0, 1.0]\n[[wall]]\nx = 2.0\n\
+        motion = { times = [0.0, 1.0, 2.0], places = [[0.0, 0.0], [0.5, 0.0], [0.5, 0.0]] }\n\
+        [[molecule]]\nshape = \"disc\"\natom_radius = 0.125\natom_mass = 1.0\nat = [1.875, 0.5]\n\
+        velocity = [0.5, 0.0]";
+    let scene = scene(text);
+    let mut cells = Simulation::new(&scene).unwrap();
+    let mut heap = Simulation::<Exact, Impact, HeapScheduler>::with(
+        &scene,
+        Exact::default(),
+        Impact,
+        CellsPerSide::Automatic,
+    )
+    .unwrap();
+    let mut at = |time: f64| -> [(u64, Motion); 2] {
+        cells.run_until(time).unwrap();
+        heap.run_until(time).unwrap();
+        [cells.view(), heap.view()].map(|view| {
+            let ball = view.bodies().next().unwrap().motion;
+            (view.counters().collisions, ball)
+        })
+    };
+    for (time, contacts, place, velocity) in [(0.75, 0, 2.25, 0.5), (2.5, 1, 1.625, -0.5)] {
+        for (found, ball) in at(time) {
+            assert_eq!(found, contacts, "{time}");
+            assert_eq!((ball.position.x, ball.velocity.x), (place, velocity));
+        }
+    }
+}
+
+/// `wall-pressure` of a ball between a fixed wall and a piston: the impulses by the recursion of
+/// the contacts, 2 m v on the one and 2 m (v − w) on the other, and distances from the walls where
+/// they are.
+#[test]
+fn the_pressure_on_a_moving_wall_is_that_of_the_recursion() {
+    let w = -1.0 / 64.0;
+    let text = format!(
+        "[[wall]]\nx = 0.125\n[[wall]]\nx = 0.875\nmotion = {{ velocity = [{w:?}, 0.0] }}\n\
+         [[molecule]]\nshape = \"disc\"\natom_radius = 0.0625\natom_mass = 3.0\nat = [0.5, 0.5]\n\
+         velocity = [0.75, 0.0]"
+    );
+    let mut simulation = Simulation::new(&scene(&text)).unwrap();
+    let mut sums = WallPressure::new(&simulation.view(), Group::All, 8, 0.25).unwrap();
+    let mut ball = Ball {
+        time: 0.0,
+        place: 0.5,
+        velocity: 0.75,
+    };
+    let (mut inwards, mut net) = (0.0, 0.0);
+    sums.start(&simulation.view());
+    let mut far_area = 0.0;
+    for sample in 1..=64 {
+        let time = 0.25 * f64::from(sample);
+        simulation.observe_until(time, &mut sums).unwrap();
+        sums.sample(&simulation.view());
+        loop {
+            let mut next = Ball { ..ball };
+            next.bounce(0.1875, 0.8125, w);
+            if next.time > time {
+                break;
+            }
+            let impulse = 3.0 * (next.velocity - ball.velocity);
+            inwards += impulse.abs();
+            net -= impulse;
+            ball = next;
+        }
+        // The walls are 3/4 + w t and the rest of the box apart; both gaps count.
+        let gaps = [0.75 + w * time, 0.25 - w * time];
+        far_area += gaps.map(|gap| (gap - 0.5).max(0.0)).iter().sum::<f64>();
+    }
+    let ([impulse, sides], [force, length]) = (sums.momentum(), sums.net_momentum());
+    assert!((impulse - inwards).abs() < 1e-12 * inwards, "{impulse}");
+    assert!((force - net).abs() < 1e-12 * inwards, "{force} {net}");
+    // Over 16 units of time two walls of length 1, with two sides each.
+    assert_eq!([sides, length], [64.0, 32.0]);
+    assert!((sums.far_from_walls()[1] - far_area).abs() < 1e-12);
+    let area: f64 = sums.layers().iter().map(|layer| layer.area).sum();
+    let count: u64 = sums.layers().iter().map(|layer| layer.count).sum();
+    assert!((area - 64.0).abs() < 1e-12 && count == 64, "{area} {count}");
+    // The work of the piston is that of its share of the force.
+    let ledger = simulation.view().ledger();
+    assert!((ledger.booked() - simulation.view().energy()).abs() < 1e-13);
+}
+
+/// Walton's law in the frame of a wall: velocity and spin of a uniform disc after one contact, by
+/// the closed form (O. R. Walton and R. L. Braun, J. Rheol. 30 (1986) 949).
+///
+/// With the normal n away from the wall, the tangent t = −n^⊥, and the velocity g of the disc's
+/// point of contact relative to the wall's, J_n = −(1 + e) m g_n and J_t = −(1 + β) m g_t/3, or
+/// −μ J_n sign(g_t) if that is smaller.
+fn bounced(
+    disc: &Motion,
+    (mass, radius): (f64, f64),
+    (normal, of_wall): (DVec2, DVec2),
+    (e, beta, friction): (f64, f64, f64),
+) -> (DVec2, f64, DVec2) {
+    let tangent = -normal.perp();
+    let surface = disc.velocity - disc.angular_velocity * radius * normal.perp();
+    let relative = surface - of_wall;
+    let along = -(1.0 + e) * mass * relative.dot(normal);
+    let sticking = -(1.0 + beta) * mass * relative.dot(tangent) / 3.0;
+    let across = sticking.clamp(-friction * along, friction * along);
+    let impulse = along * normal + across * tangent;
+    // The moment of a uniform disc is m r²/2, and the torque (−r n) × J.
+    let spin = -radius * normal.perp_dot(impulse) / (0.5 * mass * radius * radius);
+    (
+        disc.velocity + impulse / mass,
+        disc.angular_velocity + spin,
+        impulse,
+    )
+}
+
+#[test]
+fn a_rough_disc_leaves_moving_walls_as_the_law_says() {
+    let (mass, radius, at) = (2.0, 0.0625, 0.5);
+    let law = |friction: Option<f64>| (0.5, 0.25, friction.unwrap_or(f64::INFINITY));
+    let disc = |place: [f64; 2]| {
+        format!(
+            "[[molecule]]\nshape = \"disc\"\natom_radius = {radius:?}\natom_mass = {mass:?}\n\
+             at = {place:?}\nvelocity = [0.75, -1.0]\nangular_velocity = 6.0\n"
+        )
+    };
+    for friction in [None, Some(0.1)] {
+        let elasticity = format!(
+            "[elasticity]\ndefault = 0.5\ntangential = 0.25\n{}",
+            friction.map_or(String::new(), |mu| format!("friction = {mu:?}\n"))
+        );
+        // The face is at 1/4 + s(t) with the velocity u(t), and the disc meets it at 1/2.
+        let (amplitude, frequency, phase) = ([0.0625, 0.03125], 5.0, 0.75f64);
+        let turned = phase + frequency * at;
+        let oscillation =
+            format!("amplitude = {amplitude:?}, frequency = {frequency:?}, phase = {phase:?}");
+        let table = "times = [0.0, 0.25, 1.0], places = [[0.0, 0.0], [0.0, 0.0], [0.75, 0.1875]]";
+        for (motion, height, of_wall) in [
+            ("velocity = [0.5, 0.25]", 0.125, [0.5, 0.25]),
+            (
+                oscillation.as_str(),
+                amplitude[1] * (turned.sin() - phase.sin()),
+                amplitude.map(|part| part * frequency * turned.cos()),
+            ),
+            (table, 0.0625, [1.0, 0.25]),
+        ] {
+            let place = [0.25, 0.25 + height + radius + at];
+            let text = format!(
+                "{elasticity}[[wall]]\ny = 0.25\nmotion = {{ {motion} }}\n{}",
+                disc(place)
+            );
+            let mut simulation = Simulation::new(&scene(&text)).unwrap();
+            let before = simulation.view().bodies().next().unwrap().motion;
+            assert!(simulation.step(10.0, &mut ()).unwrap());
+            let (view, ledger) = (simulation.view(), simulation.view().ledger());
+            let late = view.time().since(EpochTime::from(at));
+            assert!(late.abs() < 1e-15, "{motion}: {late:e}");
+            let of_wall = DVec2::from(of_wall);
+            let (velocity, spin, impulse) =
+                bounced(&before, (mass, radius), (DVec2::Y, of_wall), law(friction));
+            let after = view.bodies().next().unwrap().motion;
+            let off = (after.velocity - velocity).length();
+            let turned = (after.angular_velocity - spin).abs();
+            assert!(
+                off < 1e-14 && turned < 1e-13,
+                "{motion}: {off:e} {turned:e}"
+            );
+            // The wall does the work J·u, with its velocity along the tangent too.
+            let work = impulse.dot(of_wall);
+            assert!((ledger.work - work).abs() < 1e-14, "{motion}: {work}");
+            assert!((ledger.booked() - view.energy()).abs() < 1e-14);
+            assert!(ledger.lost > 0.0);
+        }
+    }
+}
+
+/// A rough paddle of the thickness ρ on a hinge: its face moves with ω s along the normal, at the
+/// distance s from the hinge, and with −ω ρ along the paddle.
+#[test]
+fn a_rough_paddle_turns_a_ball_by_the_speed_along_its_face() {
+    let (omega, thickness, radius, mass) = (0.5, 0.03125, 0.0625, 3.0);
+    for friction in [None, Some(0.01)] {
+        let mu = friction.map_or(String::new(), |mu: f64| format!("friction = {mu:?}\n"));
+        let text = format!(
+            "[elasticity]\ndefault = 0.75\ntangential = 0.5\n{mu}\
+             [[wall]]\nfrom = [0.25, 0.5]\nto = [0.5, 0.25]\nradius = {thickness:?}\n\
+             motion = {{ about = [0.25, 0.5], turn = {omega:?} }}\n\
+             [[molecule]]\nshape = \"disc\"\natom_radius = {radius:?}\natom_mass = {mass:?}\nat = [0.5, 0.5]"
+        );
+        let mut simulation = Simulation::new(&scene(&text)).unwrap();
+        let before = simulation.view().bodies().next().unwrap().motion;
+        assert!(simulation.step(10.0, &mut ()).unwrap());
+        let (distance, apart) = (0.25f64, radius + thickness);
+        let angle = -(apart / distance).asin();
+        let time = (angle + std::f64::consts::FRAC_PI_4) / omega;
+        assert!((simulation.time().to_f64() - time).abs() < 1e-14);
+        let along = DVec2::from_angle(angle);
+        let normal = along.perp();
+        let from_hinge = (distance * distance - apart * apart).sqrt();
+        let of_wall = omega * (from_hinge * normal - thickness * along);
+        let law = (0.75, 0.5, friction.unwrap_or(f64::INFINITY));
+        let (velocity, spin, impulse) = bounced(&before, (mass, radius), (normal, of_wall), law);
+        let (view, ledger) = (simulation.view(), simulation.view().ledger());
+        let after = view.bodies().next().unwrap().motion;
+        let off = (after.velocity - velocity).length();
+        assert!(off < 1e-14, "{off:e}: {} {velocity}", after.velocity);
+        assert!((after.angular_velocity - spin).abs() < 1e-13 && spin != 0.0);
+        assert!((ledger.work - impulse.dot(of_wall)).abs() < 1e-14);
+        assert!((ledger.booked() - view.energy()).abs() < 1e-14);
+    }
+}
+
+/// One disc between thermal walls that move with u: after each contact its velocity relative to
+/// the walls has the distribution of the flux of a gas at rest in their frame, with
+/// ⟨(v − u)_n²⟩ = 2 kT/m along the normal and ⟨(v − u)_t²⟩ = kT/m along the wall.
+#[test]
+fn a_thermal_wall_that_moves_draws_the_flux_of_a_gas_in_its_frame() {
+    for motion in ["velocity = [2.0, -1.0]", "velocity = [-0.25, 3.0]"] {
+        let text = format!(
+            "[box]\nseed = 9\n[[wall]]\nx = 0.0\ntemperature = 0.5\nmotion = {{ {motion} }}\n\
+             [[wall]]\nx = 0.5\ntemperature = 0.5\nmotion = {{ {motion} }}\n\
+             [[molecule]]\nshape = \"disc\"\natom_radius = 0.0625\natom_mass = 2.0\nat = [0.25, 0.5]\n\
+             velocity = [1.5, 0.0]"
+        );
+        let mut simulation = Simulation::new(&scene(&text)).unwrap();
+        let u = simulation
+            .view()
+            .bodies()
+            .find(|body| body.body.is_wall())
+            .unwrap()
+            .motion
+            .velocity;
+        let (mut squares, mut mean, mut last) = (DVec2::ZERO, 0.0, DVec2::X);
+        let contacts = 12_000;
+        for contact in 0..contacts {
+            assert!(simulation.step(1e9, &mut ()).unwrap());
+            let disc = simulation.view().bodies().next().unwrap().motion;
+            let relative = disc.velocity - u;
+            assert!(relative.x != 0.0);
+            // The disc goes from wall to wall.
+            assert!(contact == 0 || relative.x * last.x < 0.0, "{contact}");
+            last = relative;
+            squares += relative * relative;
+            mean += relative.y;
+        }
+        let number = f64::from(contacts);
+        let [normal, tangent] = (squares / number).to_array();
+        // kT/m = 1/4; the standard errors are 0.9 %, 1.3 %, and 0.0046 of the mean.
+        assert!((normal - 0.5).abs() < 0.02, "{motion}: {normal}");
+        assert!((tangent - 0.25).abs() < 0.014, "{motion}: {tangent}");
+        assert!((mean / number).abs() < 0.02, "{motion}: {mean}");
+        let (view, ledger) = (simulation.view(), simulation.view().ledger());
+        assert!((ledger.booked() - view.energy()).abs() < 1e-9);
+        assert!(ledger.work != 0.0 && ledger.heat != 0.0);
     }
 }
 
@@ -217,7 +475,7 @@ fn a_box_that_flies_holds_a_gas_of_the_same_trajectory() {
         let (one, other) = (at_rest.view(), flying.view());
         assert_eq!(one.counters().collisions, other.counters().collisions);
         for (a, b) in one.bodies().zip(other.bodies()) {
-            let shift = glam::DVec2::from(u);
+            let shift = DVec2::from(u);
             let away = b.unwrapped(&other.bounds()) - a.unwrapped(&one.bounds()) - shift * time;
             assert!(away.length() < 1e-7, "{} at {time}: {away}", a.body.id());
             if !a.body.is_fixed() {
@@ -304,7 +562,7 @@ fn a_thermal_wall_that_moves_draws_in_its_own_frame() {
             .bodies()
             .filter(|body| !body.body.is_fixed())
         {
-            let v = body.motion.velocity - glam::DVec2::new(2.0, 0.0);
+            let v = body.motion.velocity - DVec2::new(2.0, 0.0);
             mean += 0.5 * v.length_squared();
             samples += 1.0;
         }
@@ -423,7 +681,7 @@ fn a_paddle_strikes_a_ball_at_the_computed_time_with_twice_the_speed_of_its_face
         let time = (angle + std::f64::consts::FRAC_PI_4) / omega;
         assert!((simulation.time().to_f64() - time).abs() < 1e-14);
         let speed = 2.0 * omega * (distance * distance - radius * radius).sqrt();
-        let normal = glam::DVec2::from_angle(angle).perp();
+        let normal = DVec2::from_angle(angle).perp();
         let ball = simulation.view().bodies().next().unwrap().motion.velocity;
         assert!((ball - speed * normal).length() < 1e-14, "{ball}");
         let (energy, work) = (simulation.view().energy(), simulation.view().ledger().work);

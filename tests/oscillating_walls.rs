@@ -1,11 +1,13 @@
 //! Walls that oscillate: shakers and breathing boxes.
 
+use std::f64::consts::{PI, TAU};
+
 use carom_detection::{Exact, GoldenSecant};
 use carom_engine::{
     CellScheduler, CellsPerSide, HeapScheduler, Instructions, RunError, Scene, Simulation,
     WallMotionSpec,
 };
-use carom_kinematics::EpochTime;
+use carom_kinematics::{EpochTime, Motion};
 use carom_observers::WallWork;
 use carom_response::Impact;
 use carom_testkit::oracle::{DoubleDouble, Number as _};
@@ -18,118 +20,277 @@ const AMPLITUDE: f64 = 0.05;
 const FREQUENCY: f64 = 3.0;
 const PHASE: f64 = 0.4;
 
-/// The face of the right wall of a ball's table from some time on, by its phase there: 13/16 from
-/// the ball's centre at the start of the run.
+/// The face of the right wall of a ball's table, as the ball's centre meets it: 13/16 at time 0.
 struct Face {
-    cos_sin: [f64; 2],
+    /// Phase at the time at which durations begin (radians).
+    phase: f64,
+}
+
+fn exact(value: f64) -> DoubleDouble {
+    DoubleDouble::new(value)
+}
+
+/// cos and sin of an angle (radians).
+fn cos_sin(angle: &DoubleDouble) -> [DoubleDouble; 2] {
+    DoubleDouble::cos_sin(0.0, 1.0, angle)
 }
 
 impl Face {
-    /// The phase at a time keeps all digits of the time, at any age.
-    fn at(time: EpochTime) -> Self {
-        let parts = [time.epoch(), time.epoch_low(), time.offset()].map(DoubleDouble::new);
-        let [epoch, low, offset] = &parts;
-        let time = epoch.plus(low).plus(offset);
-        let [cos, sin] = DoubleDouble::cos_sin(0.0, FREQUENCY, &time).map(|part| part.value());
-        let (of_start, to_start) = PHASE.sin_cos();
-        Self {
-            cos_sin: [
-                cos * to_start - sin * of_start,
-                sin * to_start + cos * of_start,
-            ],
+    /// The face of a wall, by its place and its velocity.
+    fn of(wall: &Motion) -> Self {
+        let displacement = wall.position.x - (0.875 - AMPLITUDE * PHASE.sin());
+        let phase = displacement.atan2(wall.velocity.x / FREQUENCY);
+        Self { phase }
+    }
+
+    /// The place of the wall at a time since the start of the run, in double-double arithmetic at
+    /// any age.
+    fn wall_at(time: EpochTime) -> f64 {
+        let [epoch, low, offset] = [time.epoch(), time.epoch_low(), time.offset()].map(exact);
+        let turned = epoch.plus(&low).plus(&offset).times(&exact(FREQUENCY));
+        let [_, now] = cos_sin(&turned.plus(&exact(PHASE)));
+        let [_, start] = cos_sin(&exact(PHASE));
+        let shift = exact(AMPLITUDE).times(&now.minus(&start));
+        exact(0.875).plus(&shift).value()
+    }
+
+    /// Place of the face and its velocity after a duration.
+    fn exactly(&self, after: &DoubleDouble) -> [DoubleDouble; 2] {
+        let turned = after.times(&exact(FREQUENCY));
+        let [cos, sin] = cos_sin(&exact(self.phase).plus(&turned));
+        let [_, start] = cos_sin(&exact(PHASE));
+        let shift = exact(AMPLITUDE).times(&sin.minus(&start));
+        let speed = exact(AMPLITUDE).times(&exact(FREQUENCY)).times(&cos);
+        [exact(0.8125).plus(&shift), speed]
+    }
+
+    /// Distance from a ball to the face after a duration, rounded.
+    fn gap(&self, [place, velocity]: [f64; 2], after: f64) -> f64 {
+        let shift = (self.phase + FREQUENCY * after).sin() - PHASE.sin();
+        0.8125 + AMPLITUDE * shift - (place + velocity * after)
+    }
+
+    /// The durations up to `end` at which the face has the velocity of the ball: between two of
+    /// them the distance is monotone.
+    fn turning_points(&self, velocity: f64, end: f64) -> Vec<f64> {
+        let ratio = velocity / (AMPLITUDE * FREQUENCY);
+        if ratio.abs() > 1.0 {
+            return Vec::new();
         }
+        let mut points = Vec::new();
+        let angle = ratio.acos();
+        for turn in 0.. {
+            let before = points.len();
+            for angle in [-angle, angle] {
+                let turned = angle + TAU * f64::from(turn) - self.phase;
+                let after = turned / FREQUENCY;
+                if (0.0..end).contains(&after) {
+                    points.push(after);
+                }
+            }
+            if turn > 1 && points.len() == before {
+                return points;
+            }
+        }
+        points
     }
 
-    /// cos and sin of the phase after a duration.
-    fn turned(&self, after: f64) -> [f64; 2] {
-        let ([cos, sin], (by_sin, by_cos)) = (self.cos_sin, (FREQUENCY * after).sin_cos());
-        [cos * by_cos - sin * by_sin, sin * by_cos + cos * by_sin]
-    }
-
-    fn place(&self, after: f64) -> f64 {
-        0.8125 + AMPLITUDE * (self.turned(after)[1] - f64::sin(PHASE))
-    }
-
-    fn speed(&self, after: f64) -> f64 {
-        AMPLITUDE * FREQUENCY * self.turned(after)[0]
+    /// The first duration up to `end` after which a ball meets the face: a change of sign between
+    /// two turning points of the distance, bisection, and Newton's steps in double-double
+    /// arithmetic. `leaves` says that the ball has just met the face.
+    fn meeting(&self, ball: [f64; 2], leaves: bool, end: f64) -> Option<DoubleDouble> {
+        let mut points = self.turning_points(ball[1], end);
+        points.push(end);
+        let mut from = 0.0;
+        if leaves {
+            // The distance grows from 0 to its first turning point.
+            from = points.remove(0);
+        }
+        for mut to in points {
+            if self.gap(ball, to) > 0.0 {
+                from = to;
+                continue;
+            }
+            for _ in 0..64 {
+                let middle = 0.5 * (from + to);
+                if self.gap(ball, middle) > 0.0 {
+                    from = middle;
+                } else {
+                    to = middle;
+                }
+            }
+            let mut time = exact(0.5 * (from + to));
+            for _ in 0..3 {
+                let [place, speed] = self.exactly(&time);
+                let [x, v] = ball.map(exact);
+                let gap = place.minus(&x.plus(&v.times(&time)));
+                time = time.minus(&gap.over(&speed.minus(&v)));
+            }
+            return Some(time);
+        }
+        None
     }
 }
 
-/// The first duration up to `end` after which a ball at `place` with `velocity` meets the face,
-/// infinite if it does not: a scan for a change of sign, and bisection.
-fn meeting(face: &Face, place: f64, velocity: f64, end: f64) -> f64 {
-    let gap = |after: f64| face.place(after) - (place + velocity * after);
-    let step = 1e-4;
-    let mut from = 1e-9;
-    while gap(from + step) > 0.0 {
-        from += step;
-        if from > end {
-            return f64::INFINITY;
-        }
-    }
-    let mut to = from + step;
-    for _ in 0..80 {
-        let middle = 0.5 * (from + to);
-        if gap(middle) > 0.0 {
-            from = middle;
-        } else {
-            to = middle;
-        }
-    }
-    0.5 * (from + to)
-}
-
-/// Fermi and Ulam's ball between a fixed and an oscillating wall: each contact follows from the one
-/// before as an independent reference has it.
-#[test]
-fn a_ball_between_a_wall_and_an_oscillating_wall_follows_its_recursion() {
+/// Follows Fermi and Ulam's ball between a fixed and an oscillating wall for 10⁵ contacts, and
+/// compares each with the reference; returns the lowest and the highest speed of the ball after
+/// contacts with the oscillating wall.
+///
+/// The reference begins anew from the motions of the ball and of the wall after each contact.
+/// Between two contacts an error of rounding grows by a factor of order 1 alone, so that one bound
+/// holds for all contacts of a chaotic orbit; over many contacts chaos would multiply it, and even
+/// a regular orbit adds it up. The clock of the wall is compared apart, with its phase at the time
+/// since the start of the run.
+fn follow([mut place, mut velocity]: [f64; 2]) -> [f64; 2] {
     let text = format!(
         "[[wall]]\nx = 0.125\n[[wall]]\nx = 0.875\n\
          motion = {{ amplitude = [{AMPLITUDE:?}, 0.0], frequency = {FREQUENCY:?}, phase = {PHASE:?} }}\n\
-         [[molecule]]\nshape = \"disc\"\natom_radius = 0.0625\natom_mass = 2.0\nat = [0.5, 0.5]\n\
-         velocity = [0.7, 0.25]"
+         [[molecule]]\nshape = \"disc\"\natom_radius = 0.0625\natom_mass = 2.0\n\
+         at = [{place:?}, 0.5]\nvelocity = [{velocity:?}, 0.25]"
     );
     let mut simulation = Simulation::new(&scene(&text)).unwrap();
-    let (mut time, mut place, mut velocity) = (EpochTime::ZERO, 0.5, 0.7);
-    let mut with_wall = 0;
-    for contact in 0..2000 {
-        let face = Face::at(time);
-        let to_the_left = (place - 0.1875) / -velocity;
-        let right = if velocity < 0.0 {
+    let motions = |simulation: &Simulation| {
+        let view = simulation.view();
+        let ball = view.bodies().next().unwrap().motion;
+        let mut walls = view.bodies().filter(|body| body.body.is_wall());
+        let wall = walls.find(|wall| wall.motion.position.x > 0.5).unwrap();
+        (view.time(), ball, wall.motion)
+    };
+    let (mut time, _, mut wall) = motions(&simulation);
+    let mut leaves = false;
+    let (mut with_wall, mut slowest) = (0, f64::INFINITY);
+    let mut speeds = [f64::INFINITY, 0.0f64];
+    let (mut latest, mut farthest, mut slip) = (0.0f64, 0.0f64, 0.0f64);
+    for contact in 0..100_000 {
+        let face = Face::of(&wall);
+        let to_the_left = exact(0.1875).minus(&exact(place)).over(&exact(velocity));
+        let end = if velocity < 0.0 {
             // The face may catch up with a ball that leaves it slowly.
-            meeting(&face, place, velocity, to_the_left)
+            to_the_left.value()
         } else {
-            meeting(&face, place, velocity, 100.0)
+            (0.8125 - place + 3.0 * AMPLITUDE) / velocity
         };
-        let expected = if right < f64::INFINITY {
+        let right = face.meeting([place, velocity], leaves, end);
+        leaves = right.is_some();
+        let (after, at, onwards, closing) = if let Some(after) = right {
             with_wall += 1;
-            let w = face.speed(right);
-            (right, face.place(right), 2.0 * w - velocity)
+            let [at, speed] = face.exactly(&after).map(|part| part.value());
+            (after, at, 2.0 * speed - velocity, (velocity - speed).abs())
         } else {
-            (to_the_left, 0.1875, -velocity)
+            (to_the_left, 0.1875, -velocity, velocity.abs())
         };
         assert!(simulation.step(1e9, &mut ()).unwrap());
-        let view = simulation.view();
-        let motion = view.bodies().next().unwrap().motion;
-        let found = (
-            view.time().since(time),
-            motion.position.x,
-            motion.velocity.x,
-        );
-        let off = [
-            (found.0 - expected.0).abs(),
-            (found.1 - expected.1).abs(),
-            (found.2 - expected.2).abs(),
-        ];
+        let (now, ball, moved) = motions(&simulation);
+        let late = exact(now.since(time)).minus(&after).value().abs();
+        let away = (ball.position.x - at).abs();
+        let off = (ball.velocity.x - onwards).abs();
+        // A place that is rounded by ε moves the contact by ε over the closing speed.
+        let allowed = 1e-13 * (0.1 / closing).max(1.0);
         assert!(
-            off.iter().all(|off| *off < 1e-12),
-            "contact {contact}: {found:?}, expected {expected:?}"
+            late.max(away).max(off) < allowed,
+            "contact {contact} at {closing}: {late:e}, {away:e}, {off:e}"
         );
-        (time, place, velocity) = (view.time(), found.1, found.2);
+        if closing > 0.1 {
+            latest = latest.max(late);
+        }
+        farthest = farthest.max(away);
+        slowest = slowest.min(closing);
+        slip = slip.max((moved.position.x - Face::wall_at(now)).abs());
+        (time, wall, place, velocity) = (now, moved, ball.position.x, ball.velocity.x);
+        if leaves {
+            speeds = [speeds[0].min(velocity.abs()), speeds[1].max(velocity.abs())];
+        }
     }
-    assert!(with_wall > 900, "{with_wall}");
+    eprintln!(
+        "{with_wall} of 100000 contacts with the wall until {time}: times to {latest:e}, places to \
+         {farthest:e}, slowest approach {slowest:e}, wall to {slip:e}, speeds {speeds:?}"
+    );
+    assert!(with_wall > 40_000, "{with_wall}");
+    // The phase of the wall has a rounding in each epoch.
+    assert!(slip < 1e-11, "{slip:e}");
     let (view, ledger) = (simulation.view(), simulation.view().ledger());
-    assert!((ledger.booked() - view.energy()).abs() < 1e-12);
+    assert!((ledger.booked() - view.energy()).abs() < 1e-10);
+    speeds
+}
+
+/// A slow ball moves chaotically below the lowest invariant curve, which is near the speed
+/// √(4 L A ω²) = 1.1 at which the map is the standard map with K = 1.
+#[test]
+fn a_slow_ball_follows_its_recursion_for_1e5_contacts_with_an_oscillating_wall() {
+    let [low, high] = follow([0.5, 0.7]);
+    assert!(low < 0.4 && high < 1.5, "{low} {high}");
+}
+
+/// A fast ball stays on an invariant curve (Lichtenberg, Lieberman and Cohen, Physica D 1 (1980)
+/// 291): its speed remains near that of the start, where the wall changes it by up to 0.3 at once.
+#[test]
+fn a_fast_ball_follows_its_recursion_for_1e5_contacts_with_an_oscillating_wall() {
+    let [low, high] = follow([0.5, 5.0]);
+    assert!(low > 4.5 && high < 5.7, "{low} {high}");
+}
+
+/// The fixed points of Fermi and Ulam's table, at which a ball meets the face each time where it
+/// turns back, after m periods, with their stability (Lichtenberg, Lieberman and Cohen, Physica D 1
+/// (1980) 291).
+///
+/// With the period 1, the amplitude A and the way L the speed is v = 2 L/m. A small delay δ of a
+/// contact obeys δ₊ + δ₋ = (2 ∓ K) δ with K = 4π² m² A/L, with − where the face is outermost and +
+/// where it is innermost: such an orbit is stable if 2 ∓ K is between −2 and 2.
+#[test]
+fn the_fixed_points_of_the_table_have_their_known_stability() {
+    let (amplitude, way) = (0.01, 0.625);
+    for (m, is_outer) in [1, 2, 3].into_iter().flat_map(|m| [(m, true), (m, false)]) {
+        let period = f64::from(m);
+        let speed = 2.0 * way / period;
+        // The centre meets the face at 13/16 at 3/4, when the face turns back.
+        let (wall, phase) = if is_outer { (0.865, PI) } else { (0.885, 0.0) };
+        let back = 0.8125 - 0.75 * speed;
+        let (at, sign) = if back < 0.1875 {
+            (0.375 - back, -1.0)
+        } else {
+            (back, 1.0)
+        };
+        let run = |kick: f64| -> Vec<[f64; 2]> {
+            let velocity = sign * (speed + kick);
+            let text = format!(
+                "[[wall]]\nx = 0.125\n[[wall]]\nx = {wall:?}\n\
+                 motion = {{ amplitude = [{amplitude:?}, 0.0], frequency = {TAU:?}, phase = {phase:?} }}\n\
+                 [[molecule]]\nshape = \"disc\"\natom_radius = 0.0625\natom_mass = 1.0\n\
+                 at = [{at:?}, 0.5]\nvelocity = [{velocity:?}, 0.0]"
+            );
+            let mut simulation = Simulation::new(&scene(&text)).unwrap();
+            let mut delays = Vec::new();
+            while delays.len() < 6 {
+                assert!(simulation.step(1e9, &mut ()).unwrap());
+                let view = simulation.view();
+                let motion = view.bodies().next().unwrap().motion;
+                if motion.velocity.x < 0.0 {
+                    let expected = 0.75 + period * delays.len() as f64;
+                    let late = view.time().since(EpochTime::from(expected));
+                    delays.push([late, -motion.velocity.x - speed]);
+                }
+            }
+            delays
+        };
+        let stays = run(0.0).into_iter().flatten().take(6);
+        assert!(stays.map(f64::abs).fold(0.0, f64::max) < 1e-11, "{m}");
+        let trace =
+            2.0 - if is_outer { 1.0 } else { -1.0 } * (TAU * period).powi(2) * amplitude / way;
+        let delays = run(1e-9);
+        let largest = delays
+            .iter()
+            .fold(0.0f64, |most, [late, _]| most.max(late.abs()));
+        assert_eq!(
+            largest > 2e-8,
+            trace.abs() > 2.0,
+            "{m}: {largest:e} {trace}"
+        );
+        for three in delays.windows(3) {
+            let [[before, _], [now, _], [next, _]] = [three[0], three[1], three[2]];
+            let off = (next + before - trace * now).abs();
+            assert!(off < 1e-4 * largest, "{m}, {trace}: {off:e} of {largest:e}");
+        }
+    }
 }
 
 /// A ball that meets the wall each time where it turns back, after one period: a fixed point of the
@@ -138,8 +299,8 @@ fn a_ball_between_a_wall_and_an_oscillating_wall_follows_its_recursion() {
 fn a_fixed_point_of_the_table_stays_one() {
     // The face oscillates by 0.01 about 0.8025, is there at the start and moves inwards; it turns
     // back at 0.8125 at times 3/4, 7/4, …
-    let frequency = std::f64::consts::TAU;
-    let phase = std::f64::consts::PI;
+    let frequency = TAU;
+    let phase = PI;
     let text = format!(
         "[[wall]]\nx = 0.125\n[[wall]]\nx = 0.865\n\
          motion = {{ amplitude = [0.01, 0.0], frequency = {frequency:?}, phase = {phase:?} }}\n\
@@ -313,7 +474,7 @@ fn a_wall_that_oscillates_into_another_ends_the_run_there() {
     let mut simulation = Simulation::new(&scene(text)).unwrap();
     match simulation.run_until(10.0) {
         Err(RunError::WallsMeet { time, .. }) => {
-            let expected = std::f64::consts::PI / 12.0;
+            let expected = PI / 12.0;
             assert!(
                 (time.to_f64() - expected).abs() < 1e-12,
                 "{}",

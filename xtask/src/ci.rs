@@ -64,6 +64,14 @@ pub fn run() -> Result<Verdict> {
          else echo 'skipped: the book: no mdbook' >> \"$CAROM_SKIPPED\"; fi"
             .to_owned(),
     );
+    // Advisories need their database from the network; `cargo deny check` by hand has them too.
+    lines.push(
+        "if command -v cargo-deny >/dev/null; then \
+         for manifest in Cargo.toml crates/python/Cargo.toml; do \
+         cargo deny --offline --manifest-path $manifest check bans licenses sources || exit 1; done; \
+         else echo 'skipped: bans and sources of dependencies: no cargo-deny' >> \"$CAROM_SKIPPED\"; fi"
+            .to_owned(),
+    );
     let [brownian, fuzz] = ["brownian", "fuzz"].map(|name| folder.join(name).display().to_string());
     lines.push(format!(
         "{xtask} experiment brownian --quick --force --out '{brownian}'"

@@ -209,6 +209,75 @@ fn a_method_that_is_not_exact_is_named_everywhere_and_is_part_of_the_run() {
 }
 
 #[test]
+fn check_says_that_the_collisions_of_a_driven_run_are_extrapolated() {
+    let root = tempfile::tempdir().unwrap();
+    fs::write(root.path().join("scene.toml"), SCENE).unwrap();
+    let said = |change: &[&str]| {
+        let check = carom(root.path(), &[&["check", "scene.toml"], change].concat());
+        assert!(check.status.success(), "{}", text(&check.stderr));
+        text(&check.stdout)
+    };
+    let words = "extrapolated from a trial of the start";
+    assert!(!said(&[]).contains(words));
+    let inelastic = said(&["--set", "elasticity.default=0.9"]);
+    assert!(inelastic.contains(words), "{inelastic}");
+}
+
+#[test]
+fn several_faults_of_a_scene_are_named_in_one_message() {
+    let root = tempfile::tempdir().unwrap();
+    let refused = |scene: &str| {
+        fs::write(root.path().join("scene.toml"), scene).unwrap();
+        let check = carom(root.path(), &["check", "scene.toml"]);
+        assert_eq!(check.status.code(), Some(2));
+        text(&check.stderr)
+    };
+    let said = refused(&SCENE.replace("seed", "sed").replace("until", "untill"));
+    for words in ["2 entries are invalid", "`seed`?", "`until`?"] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    let scene = SCENE.replace("until = 0.5", "until = -1.0");
+    let said = refused(&scene.replace("\"energy\"", "\"energi\", \"presure\""));
+    for words in [
+        "3 entries are invalid",
+        "run.until",
+        "`energy`?",
+        "`pressure`?",
+    ] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+}
+
+#[test]
+fn a_run_is_resumed_with_other_units_of_its_page() {
+    let root = tempfile::tempdir().unwrap();
+    fs::write(root.path().join("scene.toml"), SCENE).unwrap();
+    let run = ["run", "scene.toml", "--out", "run"];
+    assert!(carom(root.path(), &run).status.success());
+    let page = || fs::read_to_string(root.path().join("run/report.html")).unwrap();
+    assert!(!page().contains("in units of σ"));
+    let units = "run.units={length=0.02,mass=1.0,energy=1.0}";
+    let resume = ["--resume", "--until", "0.8", "--set", units];
+    let resumed = carom(root.path(), &[&run[..], &resume].concat());
+    assert!(resumed.status.success(), "{}", text(&resumed.stderr));
+    assert!(page().contains("in units of σ = 0.02"));
+    // The files keep the units of the scene: those of one run throughout.
+    let throughout = ["run", "scene.toml", "--out", "throughout", "--until", "0.8"];
+    assert!(carom(root.path(), &throughout).status.success());
+    let tables = ["run", "throughout"]
+        .map(|folder| fs::read(root.path().join(folder).join("energy.csv")).unwrap());
+    assert!(tables[0] == tables[1]);
+    // Any other entry is refused, and named.
+    let other = ["--resume", "--set", "gas.0.count=51"];
+    let refused = carom(root.path(), &[&run[..], &other].concat());
+    let said = text(&refused.stderr);
+    assert!(
+        refused.status.code() == Some(2) && said.contains("gas[0].count = 50 differs from 51"),
+        "{said}"
+    );
+}
+
+#[test]
 fn bad_input_has_exit_code_2_and_names_the_entry() {
     let root = tempfile::tempdir().unwrap();
     fs::write(root.path().join("scene.toml"), SCENE).unwrap();

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::{HALF_ULP, Motion, Orientation, RelativeMotion, relative_motion::one_norm};
 
-/// Up to this angle (radians) sin θ − θ is taken from its series, which is exact to rounding there.
-/// Larger: its rest shows. Smaller: the difference loses digits.
+/// Up to this angle (radians) sin θ − θ is taken from six terms of its series. Larger: its rest
+/// shows. Smaller: the difference loses digits.
 const SMALL_ANGLE: f64 = 0.5;
 
 /// Acceleration and oscillation of a body, added to its uniform motion: a constant acceleration g,
@@ -248,14 +248,18 @@ impl Drive {
     }
 }
 
-/// sin θ − θ, where sin θ is known: by its series for small angles.
+/// sin θ − θ, where sin θ is known: by its series for small angles, of which the next term is below
+/// 10⁻¹⁷ of the whole.
 fn sine_less_angle(angle: f64, sine: f64) -> f64 {
     if angle.abs() > SMALL_ANGLE {
         return sine - angle;
     }
     let square = angle * angle;
-    let series = 1.0
-        - square / 20.0 * (1.0 - square / 42.0 * (1.0 - square / 72.0 * (1.0 - square / 110.0)));
+    // (2n) (2n + 1), from the last term on.
+    let terms = [210.0, 156.0, 110.0, 72.0, 42.0, 20.0];
+    let series = terms
+        .iter()
+        .fold(1.0, |sum, term| 1.0 - square / term * sum);
     -angle * square / 6.0 * series
 }
 
@@ -319,6 +323,21 @@ impl RelativeMotion {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    /// By sin ½ and sin ¼ to 32 digits.
+    #[test]
+    fn the_series_of_the_sine_less_its_angle_is_exact_to_rounding() {
+        for (angle, exact) in [
+            (0.5, -0.020_574_461_395_796_999_73f64),
+            (0.25, -0.002_596_040_745_477_070_403),
+        ] {
+            for sign in [1.0, -1.0] {
+                let found = sine_less_angle(sign * angle, f64::NAN);
+                let off = (found / (sign * exact) - 1.0).abs();
+                assert!(off < 4.0 * HALF_ULP, "{angle}: {off:e}");
+            }
+        }
+    }
 
     proptest! {
         #[test]

@@ -17,7 +17,10 @@ use carom_runs::{
     interruption::Signals,
     overrides::Override,
     progress::suspend,
-    run::SceneFile,
+    run::{
+        SceneFile,
+        interactive::{MEASURED, Saved},
+    },
 };
 use carom_tables::Verdict;
 use clap::Args;
@@ -99,11 +102,26 @@ pub fn run(options: &LiveOptions) -> Result<Verdict> {
             "saved at t = {}; continue with\n  {}",
             saved.time, saved.command
         ));
-        for reason in saved.left_out {
-            note(&format!("Left out: {reason}"));
+        for words in remarks(&saved) {
+            note(&words);
         }
     }
     Ok(Verdict::Passed)
+}
+
+/// What a reader of the saved run must know: from when on it measures, and what it leaves out.
+fn remarks(saved: &Saved) -> Vec<String> {
+    let measures = saved.measures_from.map(|from| {
+        format!(
+            "The saved run measures anew, from t = {from} on; what measures of the page have found is in its \
+             folder, in {MEASURED}."
+        )
+    });
+    let left_out = saved
+        .left_out
+        .iter()
+        .map(|reason| format!("Left out: {reason}"));
+    measures.into_iter().chain(left_out).collect()
 }
 
 /// Writes the address of the page: a JSON object is written at the end only, so with `--json` it is
@@ -176,5 +194,28 @@ fn open_browser(address: &str) {
     // It is not waited for: the program may continue as long as the browser does.
     if command.spawn().is_err() {
         note("No browser could be started: open the address in one.");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_saved_run_says_from_when_on_it_measures_and_what_it_leaves_out() {
+        let saved = |measures_from: Option<f64>| Saved {
+            time: 2.0,
+            command: "carom run".to_owned(),
+            measures_from,
+            left_out: vec!["run.stop: not used".to_owned()],
+        };
+        let words = remarks(&saved(Some(2.5)));
+        assert!(
+            words[0].contains("anew, from t = 2.5 on") && words[0].contains("measured-before"),
+            "{words:?}"
+        );
+        assert_eq!(words[1], "Left out: run.stop: not used");
+        // A run without measures.
+        assert_eq!(remarks(&saved(None)).len(), 1);
     }
 }

@@ -42,7 +42,7 @@ def test_examples_give_what_they_show(name, value, owner):
     for package in ("polars", "xarray"):
         if f".to_{package}" in name:
             pytest.importorskip(package)
-    for member, package in {"to_ase": "ase", "to_freud": "freud", "to_gsd": "gsd.hoomd"}.items():
+    for member, package in {"to_ase": "ase", "to_freud": "freud", "to_gsd": "gsd.hoomd", "from_gsd": "gsd.hoomd"}.items():
         if name.endswith(member):
             pytest.importorskip(package)
     # The examples of members continue from that of their class.

@@ -24,6 +24,7 @@ pub mod encounters;
 pub mod examples;
 pub mod exit;
 pub mod experiment;
+mod faults;
 mod figure_lines;
 mod file_names;
 pub mod finite;

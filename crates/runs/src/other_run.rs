@@ -27,6 +27,35 @@ pub fn refuse_other(there: &str, here: &str) -> Result<()> {
     }
 }
 
+/// Returns an error like [`refuse_other`], but not for descriptions that differ in `run.units`
+/// alone: the units of the page and the terminal change no result, so that a run can be resumed
+/// with others.
+///
+/// # Errors
+/// The descriptions differ in more than that.
+pub fn refuse_other_run(there: &str, here: &str) -> Result<()> {
+    let differs = refuse_other(there, here);
+    let is_same = || without_units(there).is_some_and(|there| Some(there) == without_units(here));
+    if differs.is_err() && is_same() {
+        return Ok(());
+    }
+    differs
+}
+
+/// The lines before the scene of a description, and the scene without `run.units`; `None` if it has
+/// no scene.
+fn without_units(what: &str) -> Option<(Vec<&str>, String)> {
+    let (command, text) = what.split_once('\n')?;
+    let mut scene: Table = text.parse().ok()?;
+    if let Some(Value::Table(run)) = scene.get_mut("run") {
+        run.remove("units");
+    }
+    let comments = text.lines().take_while(|line| line.starts_with('#'));
+    let before = std::iter::once(command).chain(comments).collect();
+    // As text: 0.0 and -0.0 are different entries.
+    Some((before, toml::to_string(&scene).ok()?))
+}
+
 /// The entries that differ; `None` if the scenes are equal, or one is not TOML.
 fn differing_entries(there: &str, here: &str) -> Option<String> {
     let scene = |text: &str| {
@@ -146,5 +175,37 @@ mod tests {
         );
         assert!(refused("a run", "another").ends_with("its line `a run` differs from `another`"));
         assert!(refused("a run", "a run\nlonger").contains("more lines"));
+    }
+
+    #[test]
+    fn units_of_the_page_are_no_part_of_a_run() {
+        let run = |comment: &str, radius: &str, units: &str| {
+            format!("run\n{comment}[[gas]]\nradius = {radius}\n[run]\nuntil = 0.0\n{units}")
+        };
+        let reduced = run("", "0.1", "units = \"reduced\"\n");
+        let given = run(
+            "",
+            "0.1",
+            "[run.units]\nlength = 1.0\nmass = 1.0\nenergy = 2.0\n",
+        );
+        let plain = run("", "0.1", "");
+        for (there, here) in [(&plain, &reduced), (&reduced, &plain), (&reduced, &given)] {
+            assert!(refuse_other_run(there, here).is_ok());
+            assert!(refuse_other(there, here).is_err(), "merged runs have one");
+        }
+        for other in [
+            run("", "0.2", "units = \"reduced\"\n"),
+            run("", "-0.1", ""),
+            run("# from a\n", "0.1", ""),
+            plain.replacen("run", "sweep", 1),
+        ] {
+            assert!(refuse_other_run(&plain, &other).is_err(), "{other}");
+        }
+        let [zero, minus] = ["0.0", "-0.0"].map(|x| run("", x, ""));
+        assert!(refuse_other_run(&zero, &minus).is_err());
+        // Both differences are named if there is another one.
+        let words = refuse_other_run(&plain, &run("", "0.2", "units = \"reduced\"\n"));
+        let words = words.unwrap_err().to_string();
+        assert!(words.contains("gas[0].radius"), "{words}");
     }
 }

@@ -4,7 +4,8 @@
 //! Guarantees:
 //! - A run that is interrupted and resumed gives the same files, to the bit, as one run throughout.
 //! - A resumed run uses the same scene: a checkpoint of any other run is refused, with the first
-//!   line that differs. Only the end of the run may change, and only to a later time.
+//!   line that differs. Only the end of the run may change, and only to a later time; and
+//!   `run.units`, in which the page and the terminal show the results.
 //! - Checkpoints are written where an epoch ends, between two samples or after an edit: at a fixed
 //!   interval of wall time, on SIGINT or SIGTERM, and once shortly before the end.
 //! - No checkpoint is taken at the end itself: the last sample lies at `until`, where a longer run
@@ -35,7 +36,7 @@ use crate::{
     checkpoint_file::{self, CheckpointBody, FileError},
     clock::{Instant as WallTime, ProcessTime, ThreadTime},
     interruption::{SharedLengths, Signals},
-    other_run::refuse_other,
+    other_run::refuse_other_run,
     output::{Folder, Resumption},
 };
 
@@ -357,7 +358,7 @@ impl Task<'_> {
 
     fn accept(&self, mut body: CheckpointBody) -> Result<FoundCheckpoint> {
         let head: Head = body.take()?;
-        refuse_other(&head.what, &self.what)?;
+        refuse_other_run(&head.what, &self.what)?;
         ensure!(
             !head.ended || self.until >= head.until,
             "the run has already ended at {}; it can be extended but not shortened: use --until {0} or later",

@@ -134,11 +134,7 @@ impl Metadata {
                 continue;
             }
             let dependencies = nodes.get(id).map_or(&[][..], |node| &node.deps[..]);
-            let is_compiled = |dependency: &&NodeDependency| {
-                let kinds = &dependency.dep_kinds;
-                kinds.iter().any(|kind| kind.kind.as_deref() != Some("dev"))
-            };
-            let compiled = dependencies.iter().filter(is_compiled);
+            let compiled = dependencies.iter().filter(|needed| needed.is_compiled());
             open.extend(compiled.map(|dependency| dependency.pkg.as_str()));
         }
         let mut packages: Vec<&Package> = self
@@ -151,9 +147,41 @@ impl Metadata {
         Ok(packages)
     }
 
+    /// All packages: those of the workspace, and all that they, their tests and their builds need.
+    pub fn packages(&self) -> &[Package] {
+        &self.packages
+    }
+
+    /// The packages that a package needs directly, without those of its tests alone, by name.
+    pub fn dependencies(&self, package: &Package) -> Vec<&Package> {
+        let nodes = self.resolve.nodes.iter();
+        let needed: BTreeSet<&str> = nodes
+            .filter(|node| node.id == package.id)
+            .flat_map(|node| &node.deps)
+            .filter(|dependency| dependency.is_compiled())
+            .map(|dependency| dependency.pkg.as_str())
+            .collect();
+        let mut packages: Vec<&Package> = self
+            .packages
+            .iter()
+            .filter(|package| needed.contains(package.id.as_str()))
+            .collect();
+        packages
+            .sort_by(|one, other| (&one.name, &one.version).cmp(&(&other.name, &other.version)));
+        packages
+    }
+
     /// Whether a package belongs to the workspace.
     pub fn is_member(&self, package: &Package) -> bool {
         self.workspace_members.contains(&package.id)
+    }
+}
+
+impl NodeDependency {
+    /// Whether it is compiled into a program, or builds it: tests alone do not need it.
+    fn is_compiled(&self) -> bool {
+        let kinds = &self.dep_kinds;
+        kinds.iter().any(|kind| kind.kind.as_deref() != Some("dev"))
     }
 }
 

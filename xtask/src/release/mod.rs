@@ -3,8 +3,10 @@
 
 mod changes;
 mod citation;
+mod conda;
 mod licences;
-mod metadata;
+pub(crate) mod metadata;
+mod sbom;
 
 use std::{
     collections::BTreeMap,
@@ -75,8 +77,22 @@ pub fn run(options: &ReleaseOptions) -> Result<Verdict> {
     let inside = folder.join(format!("carom-{version}-{machine}"));
     binary(shell, &metadata, (version, &machine), &inside, &mut skipped)?;
     let has_wheel = python(shell, &machine, &folder.join("python"), &mut skipped)?;
+    if has_wheel {
+        let sources = format!("carom-{version}.tar.gz");
+        conda::write(
+            root,
+            version,
+            &folder.join("python").join(sources),
+            &folder.join("conda"),
+        )?;
+    }
     let count = licences::write(&metadata, &folder)?;
     print_line(&format!("release: licences of {count} packages"));
+    let lock = root.join("Cargo.lock");
+    let lock =
+        fs::read_to_string(&lock).with_context(|| format!("cannot read {}", lock.display()))?;
+    let bill = sbom::bill(&metadata, "carom-cli", &lock)?;
+    write(&folder.join(format!("carom-{version}.cdx.json")), &bill)?;
     for name in [
         "LICENSE-MIT",
         "LICENSE-APACHE",
@@ -161,7 +177,10 @@ fn archive(package: &Package) -> String {
 }
 
 /// The machine for which programs are compiled here, such as `x86_64-unknown-linux-gnu`.
-fn machine(shell: Shell<'_>) -> Result<String> {
+///
+/// # Errors
+/// The compiler cannot be started, or writes something else.
+pub(crate) fn machine(shell: Shell<'_>) -> Result<String> {
     let compiler = shell.output("rustc", &["--version", "--verbose"])?;
     let line = compiler
         .lines()
@@ -319,6 +338,16 @@ fn install(shell: Shell<'_>, crates: &[&Package], folder: &Path) -> Result<()> {
     Ok(())
 }
 
+/// The SHA-256 checksum of some bytes, in hexadecimal digits.
+fn sum_of(bytes: &[u8]) -> String {
+    Sha256::digest(bytes)
+        .iter()
+        .fold(String::new(), |mut text, byte| {
+            let _ = write!(text, "{byte:02x}");
+            text
+        })
+}
+
 /// Writes the SHA-256 checksums of all files in `SHA256SUMS`; returns their number.
 fn checksums(folder: &Path) -> Result<usize> {
     let mut sums = BTreeMap::new();
@@ -337,12 +366,7 @@ fn checksums(folder: &Path) -> Result<usize> {
                 .strip_prefix(folder)?
                 .to_string_lossy()
                 .replace('\\', "/");
-            let sum = Sha256::digest(&bytes);
-            let hex = sum.iter().fold(String::new(), |mut text, byte| {
-                let _ = write!(text, "{byte:02x}");
-                text
-            });
-            sums.insert(name, hex);
+            sums.insert(name, sum_of(&bytes));
         }
     }
     let lines: String = sums.iter().fold(String::new(), |text, (name, sum)| {

@@ -5,6 +5,7 @@ mod cycles;
 mod files;
 mod first_lines;
 mod layers;
+mod licences;
 mod links;
 mod map;
 mod names;
@@ -19,7 +20,10 @@ use anyhow::{Context, Result};
 use carom_runs::print_line;
 use carom_tables::Verdict;
 
-use crate::repository;
+use crate::{
+    release::{machine, metadata::Metadata},
+    repository::{self, Shell},
+};
 
 /// Description of a violation.
 type Fault = String;
@@ -37,7 +41,7 @@ pub fn run(parse: commands::Parse) -> Result<Verdict> {
     if faults.is_empty() {
         print_line(
             "tidy: layers, cycles, first lines, names, width, words, commands and links in Markdown, one glam, \
-             test programs, map of the crates",
+             licences of dependencies, test programs, map of the crates",
         );
         Ok(Verdict::Passed)
     } else {
@@ -55,6 +59,12 @@ pub fn faults(root: &Path, parse: commands::Parse) -> Result<Vec<Fault>> {
     faults.extend(first_lines::faults(root)?);
     faults.extend(commands::faults(root, parse)?);
     faults.extend(one_glam::faults(&read(&root.join("Cargo.lock"))?)?);
+    let shell = Shell { root };
+    let metadata = Metadata::read(shell, &machine(shell)?)?;
+    faults.extend(licences::faults(
+        &metadata,
+        &read(&root.join("deny.toml"))?,
+    )?);
     faults.extend(links::faults(root)?);
     faults.extend(map::faults(root)?);
     faults.extend(cycles::faults(root)?);

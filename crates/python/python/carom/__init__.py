@@ -31,6 +31,7 @@ from ._errors import (
     SceneError,
 )
 from ._html import Html
+from ._imports import from_gsd, from_lammps
 from ._molecule import ExposedArc, ExposedSide, Molecule
 from ._replicas import measures, replicas, run
 from ._results import Column, Figure, Results, Table, estimate, open_run
@@ -67,6 +68,8 @@ __all__ = [
     "__version__",
     "estimate",
     "first_contact",
+    "from_gsd",
+    "from_lammps",
     "load",
     "measures",
     "open_run",

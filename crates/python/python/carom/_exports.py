@@ -9,12 +9,12 @@ import numpy as np
 
 from . import _carom
 
-__all__ = ["to_ase", "to_freud", "to_gsd"]
+__all__ = ["package", "to_ase", "to_freud", "to_gsd"]
 
 
 def to_ase(core: _carom.Core) -> Any:
     """An ``ase.Atoms`` of all atoms; see :meth:`Simulation.to_ase`."""
-    ase = _package("ase", "ase")
+    ase = package("ase", "ase")
     atoms, (x, y) = core.atoms(), core.sides()
     thickness = 2 * atoms["radii"].max(initial=0.0) or min(x, y)
     found = ase.Atoms(
@@ -38,7 +38,7 @@ def to_ase(core: _carom.Core) -> Any:
 
 def to_freud(core: _carom.Core) -> tuple[Any, Any]:
     """Box and centres of mass for ``freud``; see :meth:`Simulation.to_freud`."""
-    freud = _package("freud", "freud-analysis")
+    freud = package("freud", "freud-analysis")
     x, y = core.sides()
     # Walls have no atoms, and no point.
     has_atoms = np.isin(core.array("ids"), core.atoms()["ids"])
@@ -51,7 +51,7 @@ def to_freud(core: _carom.Core) -> tuple[Any, Any]:
 
 def to_gsd(core: _carom.Core) -> Any:
     """A ``gsd.hoomd.Frame`` of all atoms; see :meth:`Simulation.to_gsd`."""
-    hoomd = _package("gsd.hoomd", "gsd")
+    hoomd = package("gsd.hoomd", "gsd")
     atoms, sides = core.atoms(), np.array(core.sides())
     tilt = core.tilt() / sides[1]
     # In a box that a shear has tilted, x − tilt y is that of a rectangle.
@@ -100,7 +100,8 @@ def _spatial(pairs: Any) -> Any:
     return np.column_stack([pairs, np.zeros(len(pairs))])
 
 
-def _package(module: str, name: str) -> Any:
+def package(module: str, name: str) -> Any:
+    """A module of an optional package; an ``ImportError`` says how to install it."""
     try:
         return importlib.import_module(module)
     except ImportError as error:

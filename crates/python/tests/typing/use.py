@@ -1,5 +1,7 @@
 """Uses each part of the interface, for mypy --strict and pyright; it is not run."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import carom
 import numpy as np
 
@@ -21,6 +23,9 @@ print(table.to_numpy(), table["g"].max(), table.units["g"].upper(), table.plot()
 figure: float = shells.figures["pressure"].value + float(mean)
 merged = carom.replicas(scene, 4, until=1.0, measures=["pressure", {"kind": "correlation", "of": "gas"}])
 total = merged + carom.run(scene)
+study = carom.Study(scene, {"gas.0.count": [10, 20], ("gas.0.radius", "gas.0.mass"): [(0.01, 1.0)]}, replicas=2)
+points: list[carom.Point] = study.run(executor=ThreadPoolExecutor(2), progress=True)
+print(points[0].values["gas.0.count"], points[0].results.figures["bodies"].value, study.points, len(study.scenes))
 found = carom.first_contact(carom.Molecule.disc(1.0), carom.Molecule.rod(3, radius=1.0), [1, 2], np.zeros((3, 2)))
 print(found.time.sum(), found.atoms, sim.positions.mean(), total.runs[0][0], str(sim.show()))
 new = sim.add(carom.Molecule([(0, 0, 1, 1)]), [0.5, 0.5], velocity=[1, 0], tags="x")
@@ -34,3 +39,5 @@ sim.thermostat("gas", "langevin", every=0.1, friction=1.0, temperature=2.0)
 sim.set_transparent(["gas", ("gas", "x")])
 carom.load("x").run(1)
 carom.open_run("y")["x"]
+read = carom.from_gsd("a.gsd", 0, radius={"A": 0.1}), carom.from_lammps("a.data", radius={1: 0.1}, mass=1.0)
+print(read[0].replaced(seed=1))

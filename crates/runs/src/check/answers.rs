@@ -37,6 +37,9 @@ pub(super) struct Answers {
     mean_free_path: Option<f64>,
     /// Whether both are those of the start, from which the run departs.
     is_of_start: bool,
+    /// Whether the numbers of collisions are those of a trial of the start, while the run drives the
+    /// bodies or takes their energy, so that their rate changes.
+    is_extrapolated: bool,
     /// Collisions of each body that moves until the end of the run.
     collisions_per_body: Option<f64>,
     /// Interval of samples in mean free times, and in words whether it is sensible.
@@ -81,6 +84,7 @@ impl Answers {
             mean_free_time: free_time,
             mean_free_path: free_time.zip(speed).map(|(time, speed)| time * speed),
             is_of_start: is_early,
+            is_extrapolated: collisions.is_some() && !stages::is_equilibrium(scene),
             collisions_per_body: per_body,
             sample_interval_in_free_times: interval,
             sampling: sampling(interval),
@@ -120,10 +124,15 @@ impl Answers {
             row(
                 "run",
                 format!(
-                    "to t = {}: {} collisions, {} of each body",
+                    "to t = {}: {} collisions, {} of each body{}",
                     contents.until,
                     number(estimate.collisions),
-                    number(self.collisions_per_body)
+                    number(self.collisions_per_body),
+                    if self.is_extrapolated {
+                        "; extrapolated from a trial of the start, and the run is driven or loses energy"
+                    } else {
+                        ""
+                    }
                 ),
             ),
             row(
@@ -214,9 +223,13 @@ fn measured(measure_from: MeasureFrom, scene: &Scene, per_body: Option<f64>, fro
                 && scene.start.from.is_none()
                 && !scene.elasticity.loses_energy() =>
         {
+            let remedy = if scene.stage.is_empty() {
+                "measure_from = \"auto\""
+            } else {
+                "a first stage with measure = false"
+            };
             format!(
-                ", after {} collisions of each body: means may hold the approach to equilibrium; measure_from = \"auto\" \
-             leaves it out",
+                ", after {} collisions of each body: means may hold the approach to equilibrium; {remedy} leaves it out",
                 short(before)
             )
         }
@@ -280,6 +293,18 @@ mod tests {
         let scene = Scene::from_toml("[run]\nuntil = 10.0\n").unwrap();
         let of = |from: f64, per_body: f64| measured(from.into(), &scene, Some(per_body), from);
         assert!(of(0.0, 1000.0).contains("measure_from = \"auto\""));
+        // A run in stages has no `measure_from`.
+        let text = "[[stage]]\nuntil = 4.0\n[[stage]]\nuntil = 10.0\n";
+        let staged = measured(
+            0.0.into(),
+            &Scene::from_toml(text).unwrap(),
+            Some(10.0),
+            0.0,
+        );
+        assert!(
+            staged.contains("a first stage with measure = false") && !staged.contains("auto"),
+            "{staged}"
+        );
         assert_eq!(
             of(5.0, 1000.0),
             "from t = 5 on, after 500 collisions of each body"

@@ -17,6 +17,7 @@ use super::{
     kind::{FROM, MAX_LAG, Parameter, UNTIL},
     overlap,
     request::find,
+    test_error::judged_by_blocks,
 };
 
 /// Samples of the run after which it is judged for the first time whether it has settled. Fewer:
@@ -291,12 +292,13 @@ impl Entry {
         };
         let span = [begin, begin + block * sums.blocks.len() as f64];
         let judged = |figure: Figure| {
-            let stationarity = figure.quantity.and_then(|quantity| {
-                Stationarity::new(&[block_sums::of_quantity(&sums.blocks, quantity)], span)
-            });
+            let Some(quantity) = figure.quantity else {
+                return figure.judged_by(sums.blocks.len());
+            };
+            let runs = [block_sums::of_quantity(&sums.blocks, quantity)];
             Figure {
-                stationarity,
-                ..figure.judged_by(sums.blocks.len())
+                stationarity: Stationarity::new(&runs, span),
+                ..judged_by_blocks(figure, &runs)
             }
         };
         let figures: Vec<Figure> = results.figures.into_iter().map(judged).collect();

@@ -58,6 +58,7 @@ mod single;
 mod structure_factor;
 mod structure_factor_map;
 mod temperature;
+pub(crate) mod test_error;
 mod thermal;
 mod thermostat;
 mod tracked;

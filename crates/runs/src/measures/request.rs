@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use anyhow::{Context as _, Result, bail, ensure};
+use anyhow::{Context as _, Error, Result, anyhow, bail, ensure};
 use carom::Scene;
 use carom::engine::{MeasureParameter, MeasureSpec, did_you_mean};
 
@@ -11,7 +11,7 @@ use super::{
     kind::{EVERY, INTERVAL, check_word},
     lyapunov,
 };
-use crate::schedule::stages;
+use crate::{faults::refuse_all, schedule::stages};
 
 /// The interval of a measure may differ from a multiple of the run's by this share: rounding.
 const ROUNDING: f64 = 1e-9;
@@ -100,11 +100,7 @@ impl Request {
             .split_once(':')
             .map_or((name, None), |(kind, tags)| (kind, Some(tags)));
         let Some(kind) = find(kind) else {
-            bail!(
-                "unknown observer '{name}'{}; {}",
-                did_you_mean(kind, names()),
-                expected()
-            );
+            bail!("unknown observer '{name}'{}", expected(kind));
         };
         let tags: Vec<&str> = tags.map_or_else(Vec::new, |tags| tags.split(',').collect());
         kind.check_tags(name, &tags)?;
@@ -119,12 +115,7 @@ impl Request {
     /// From an entry `[[measure]]` of a run with this sample interval (time).
     fn from_spec(spec: &MeasureSpec, sample_interval: f64) -> Result<Self> {
         let Some(kind) = find(&spec.kind) else {
-            bail!(
-                "unknown kind '{}'{}; {}",
-                spec.kind,
-                did_you_mean(&spec.kind, names()),
-                expected()
-            );
+            bail!("unknown kind '{}'{}", spec.kind, expected(&spec.kind));
         };
         let tags: Vec<&str> = spec
             .of
@@ -199,22 +190,28 @@ pub(super) fn number(value: &MeasureParameter) -> Option<f64> {
 /// All measures of a scene, validated: those of `run.observe` first.
 ///
 /// # Errors
-/// A name, tag, key or value is invalid, or two measures would write the same files.
+/// Names, tags, keys or values are invalid, all in one message; or else two measures would write the
+/// same files, or one cannot be measured in this scene.
 pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
-    let mut requests: Vec<Request> = Vec::new();
+    let (mut requests, mut faults): (Vec<Request>, Vec<Error>) = (Vec::new(), Vec::new());
     for (index, name) in scene.run.observe.iter().enumerate() {
-        ensure!(
-            !scene.run.observe[..index].contains(name),
-            "run.observe: '{name}' is named twice"
-        );
-        requests.push(Request::from_name(name).context("run.observe")?);
+        if scene.run.observe[..index].contains(name) {
+            faults.push(anyhow!("run.observe: '{name}' is named twice"));
+            continue;
+        }
+        match Request::from_name(name).context("run.observe") {
+            Ok(request) => requests.push(request),
+            Err(fault) => faults.push(fault),
+        }
     }
     for (index, spec) in scene.measure.iter().enumerate() {
         let entry = format!("measure[{index}]");
-        let request =
-            Request::from_spec(spec, scene.run.sample_interval).with_context(|| entry.clone())?;
-        requests.push(Request { entry, ..request });
+        match Request::from_spec(spec, scene.run.sample_interval).context(entry.clone()) {
+            Ok(request) => requests.push(Request { entry, ..request }),
+            Err(fault) => faults.push(fault),
+        }
     }
+    refuse_all(faults)?;
     let needs_free_flight = |request: &&Request| {
         [helfand::VISCOSITY.name, helfand::HEAT_CONDUCTIVITY.name].contains(&request.kind.name)
     };
@@ -349,6 +346,13 @@ fn names() -> impl Iterator<Item = &'static str> {
     KINDS.iter().map(|kind| kind.name)
 }
 
-fn expected() -> String {
-    format!("expected one of {}", names().collect::<Vec<_>>().join(", "))
+/// The kind nearest to an unknown one, or else all of them, as the end of a message.
+fn expected(kind: &str) -> String {
+    let near = did_you_mean(kind, names());
+    if near.is_empty() {
+        let names: Vec<_> = names().collect();
+        format!("; expected one of {}", names.join(", "))
+    } else {
+        format!("{near} `carom measures` lists all")
+    }
 }

@@ -12,7 +12,7 @@ use carom_tables::{
 use super::rebin::with_common_bins;
 use crate::{
     curves::Coefficient,
-    measures::Results,
+    measures::{Results, test_error::judged_by_blocks},
     record::{MeasureRecord, Record, RunRecord},
     run::outcome::is_shown,
 };
@@ -167,7 +167,14 @@ impl<'a> Merged<'a> {
                 ..average
             };
             if has_error {
-                merged.resolved()
+                let blocks = |part: &&MeasureRecord| match &part.sums.blocks[..] {
+                    [] | [_] => {
+                        block_sums::of_quantity(std::slice::from_ref(&part.sums.total), quantity)
+                    }
+                    blocks => block_sums::of_quantity(blocks, quantity),
+                };
+                let all: Vec<_> = self.parts.iter().map(blocks).collect();
+                judged_by_blocks(merged, &all)
             } else {
                 merged.judged_by(runs)
             }

@@ -57,7 +57,10 @@ pub fn stationarity_in_words(figures: &[(&str, &Figure)]) -> Option<String> {
         },
         |times| {
             let last = two_digits(times.into_iter().fold(0.0, f64::max));
-            format!("From t = {last} on no change is found: set run.measure_from to that.")
+            format!(
+                "From t = {last} on no change is found: set run.measure_from to that, or in a run with [[stage]] \
+                 end a first stage with `measure = false` there."
+            )
         },
     );
     Some(format!(
@@ -160,7 +163,8 @@ mod tests {
         assert_eq!(
             words(&[z.clone(), p.clone()]).unwrap(),
             "Not stationary: pressure falls by 2.6 % during the measurement, 23 standard errors; one more figure \
-             changes. From t = 12 on no change is found: set run.measure_from to that."
+             changes. From t = 12 on no change is found: set run.measure_from to that, or in a run with [[stage]] end \
+             a first stage with `measure = false` there."
         );
         let driven = words(&[figure("kT", 0.0, 0.5, None), z, p]).unwrap();
         assert!(

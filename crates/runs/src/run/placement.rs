@@ -14,7 +14,7 @@ use crate::{
     checkpoint_file::{self, CheckpointBody, encode},
     clock::Instant,
     interruption::Signals,
-    other_run::refuse_other,
+    other_run::refuse_other_run,
     progress::{Progress, ProgressLines},
 };
 
@@ -36,7 +36,7 @@ pub fn stored(what: &str, folder: &Path) -> Result<Option<Growth>> {
     }
     let read = || -> Result<Growth> {
         let mut body = CheckpointBody::read(&path)?;
-        refuse_other(&body.take::<String>()?, what)?;
+        refuse_other_run(&body.take::<String>()?, what)?;
         Ok(body.take()?)
     };
     read()

@@ -6,16 +6,22 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, Error, Result, bail, ensure};
+use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 use carom::{
     Scene,
-    engine::{MAX_TIME, RunSpec, StartSpec},
+    engine::{MAX_TIME, RunSpec, SceneError, StartSpec},
 };
 use clap::Args;
 
 use super::{before_placement, parent::Parent, stop};
 use crate::schedule::stages;
-use crate::{foreign_frames::extended_xyz, measures, overrides::Override, units::units};
+use crate::{
+    faults::{Faults, refuse_all},
+    foreign_frames::extended_xyz,
+    measures,
+    overrides::Override,
+    units::units,
+};
 
 /// The only supported format of snapshots.
 pub const EXTENDED_XYZ: &str = "extxyz";
@@ -77,6 +83,11 @@ impl SceneFile {
             } else {
                 ""
             };
+            let error = if is_study {
+                error
+            } else {
+                with_unknown_keys(error, &text)
+            };
             Error::new(error).context(format!("scene {path}{hint}"))
         })?;
         if !self.set.is_empty() || parent.is_some() {
@@ -98,15 +109,12 @@ impl SceneFile {
             }
         }
         scene.bounds.seed = self.seed.unwrap_or(scene.bounds.seed);
-        check(&scene.run)?;
-        units(&scene)?;
-        measures::requests(&scene)?;
-        stages::check(&scene)?;
         let Some(parent) = parent else {
-            stages::refuse_unknown_tags(&scene, tags(&scene))?;
+            validate(&scene)?;
             before_placement::refuse(&scene)?;
             return self.with_start(scene);
         };
+        refuse_all(faults_of_rules(&scene))?;
         // The bodies come from that run, not from the file from which it may have started.
         parent.refuse_other_contents(&scene)?;
         Ok(scene)
@@ -167,69 +175,161 @@ pub(super) fn tags(scene: &Scene) -> impl Iterator<Item = String> {
 /// Validates `[run]`, the measures and the stages of a scene that starts from its own bodies.
 ///
 /// # Errors
-/// The first invalid entry.
+/// The invalid entries in one message.
 pub(crate) fn validate(scene: &Scene) -> Result<()> {
-    check(&scene.run)?;
-    units(scene)?;
-    measures::requests(scene)?;
-    stages::check(scene)?;
-    stages::refuse_unknown_tags(scene, tags(scene))
+    let of_tags = stages::refuse_unknown_tags(scene, tags(scene)).err();
+    refuse_all(faults_of_rules(scene).into_iter().chain(of_tags))
+}
+
+/// The faults of `[run]`, and the first of the units, of the measures and of the stages.
+fn faults_of_rules(scene: &Scene) -> Vec<Error> {
+    let mut faults = faults_of(&scene.run);
+    faults.extend(units(scene).err());
+    // The intervals of measures are compared with that of the run.
+    if scene.run.sample_interval > 0.0 {
+        faults.extend(measures::requests(scene).err());
+    }
+    faults.extend(stages::check(scene).err());
+    faults
 }
 
 /// Validates `[run]`.
+///
+/// # Errors
+/// All invalid entries in one message.
+#[cfg(test)]
 pub fn check(run: &RunSpec) -> Result<()> {
+    refuse_all(faults_of(run))
+}
+
+/// The invalid entries of `[run]`. Those that depend on an invalid one are left out.
+fn faults_of(run: &RunSpec) -> Vec<Error> {
     let intervals = [
         ("run.sample_interval", Some(run.sample_interval)),
         ("run.snapshot_interval", run.snapshot_interval),
         ("run.check_interval", run.check_interval),
     ];
+    let is_positive = |time: f64| time.is_finite() && time > 0.0;
+    let mut faults = Vec::new();
     for (entry, time) in [("run.until", Some(run.until))].iter().chain(&intervals) {
         let time = time.unwrap_or(1.0);
-        ensure!(
-            time.is_finite() && time > 0.0,
-            "{entry} must be positive and finite, but is {time:?}"
-        );
+        if !is_positive(time) {
+            faults.push(anyhow!(
+                "{entry} must be positive and finite, but is {time:?}"
+            ));
+        }
     }
-    ensure!(
-        run.until <= MAX_TIME,
-        "run.until must be at most {MAX_TIME:e}, but is {:?}",
-        run.until
-    );
-    for (entry, interval) in intervals {
-        let interval = interval.unwrap_or(run.sample_interval);
-        ensure!(
-            run.until / interval <= MAX_SAMPLES,
-            "{entry} = {interval} gives more than {MAX_SAMPLES:e} samples until {}",
+    if run.snapshot_interval.is_some() && run.snapshots.is_none() {
+        faults.push(anyhow!(
+            "run.snapshot_interval is given, but run.snapshots is not"
+        ));
+    }
+    if is_positive(run.until) {
+        faults.extend(faults_of_times(run, intervals));
+    }
+    faults.extend(run.stop.as_ref().and_then(|stop| stop::check(stop).err()));
+    if let Some(other) = run
+        .snapshots
+        .as_deref()
+        .filter(|&name| name != EXTENDED_XYZ)
+    {
+        faults.push(anyhow!(
+            "run.snapshots: unknown format '{other}'; expected {EXTENDED_XYZ}"
+        ));
+    }
+    faults
+}
+
+/// The times and intervals that do not fit the end of the run, which is positive and finite.
+fn faults_of_times(run: &RunSpec, intervals: [(&str, Option<f64>); 3]) -> Vec<Error> {
+    if run.until > MAX_TIME {
+        return vec![anyhow!(
+            "run.until must be at most {MAX_TIME:e}, but is {:?}",
             run.until
-        );
+        )];
     }
-    ensure!(
-        run.snapshot_interval.is_none() || run.snapshots.is_some(),
-        "run.snapshot_interval is given, but run.snapshots is not"
-    );
+    let mut faults = Vec::new();
+    let is_too_short = |interval: f64| interval > 0.0 && run.until / interval > MAX_SAMPLES;
+    for (entry, interval) in intervals {
+        let is_default = interval.is_none();
+        let interval = interval.unwrap_or(run.sample_interval);
+        if is_too_short(interval) && !is_default {
+            faults.push(anyhow!(
+                "{entry} = {interval} gives more than {MAX_SAMPLES:e} samples until {}",
+                run.until
+            ));
+        }
+    }
     let measure_from = run.measure_from.time().unwrap_or(0.0);
+    let is_within = |time: f64| (0.0..run.until).contains(&time);
     for (entry, time) in [
         ("run.animation_from", run.animation_from),
         ("run.measure_from", measure_from),
     ] {
-        ensure!(
-            (0.0..run.until).contains(&time),
-            "{entry} must be from 0 to before run.until = {:?}, but is {time:?}",
+        if !is_within(time) {
+            faults.push(anyhow!(
+                "{entry} must be from 0 to before run.until = {:?}, but is {time:?}",
+                run.until
+            ));
+        }
+    }
+    let leaves_none = measure_from != 0.0 && measure_from + run.sample_interval > run.until;
+    if is_within(measure_from) && leaves_none {
+        faults.push(anyhow!(
+            "run.measure_from = {} leaves no interval of {} before run.until = {}",
+            run.measure_from,
+            run.sample_interval,
             run.until
-        );
+        ));
     }
-    ensure!(
-        measure_from == 0.0 || measure_from + run.sample_interval <= run.until,
-        "run.measure_from = {} leaves no interval of {} before run.until = {}",
-        run.measure_from,
-        run.sample_interval,
-        run.until
-    );
-    run.stop.as_ref().map_or(Ok(()), stop::check)?;
-    match run.snapshots.as_deref() {
-        None | Some(EXTENDED_XYZ) => Ok(()),
-        Some(other) => bail!("run.snapshots: unknown format '{other}'; expected {EXTENDED_XYZ}"),
+    faults
+}
+
+/// The error of a text that is no scene, together with those of its other lines that have unknown
+/// keys: each such line is left out, and the rest read again.
+fn with_unknown_keys(first: SceneError, text: &str) -> SceneError {
+    let mut lines: Vec<&str> = text.lines().collect();
+    let mut faults = Vec::new();
+    let mut last = first.clone();
+    while let SceneError::Syntax(words) = &last {
+        let Some(number) = line_of_unknown_key(words) else {
+            break;
+        };
+        faults.push(words.trim_end().to_owned());
+        // An entry over several lines cannot be left out by its first one, and the keys below a
+        // header belong to it.
+        let is_entry = |line: &&mut &str| {
+            let is_whole = line
+                .parse::<toml::Table>()
+                .is_ok_and(|table| !table.is_empty());
+            is_whole && !line.trim_start().starts_with('[')
+        };
+        let Some(line) = lines.get_mut(number - 1).filter(is_entry) else {
+            break;
+        };
+        *line = "";
+        match Scene::from_toml(&lines.join("\n")) {
+            Err(error) => last = error,
+            Ok(_) => break,
+        }
     }
+    match faults.len() {
+        0 | 1 => first,
+        _ => SceneError::Syntax(Faults::new(faults).to_string()),
+    }
+}
+
+/// The number of the line, from 1, that an error of an unknown key names.
+fn line_of_unknown_key(words: &str) -> Option<usize> {
+    if !words.contains("\nunknown field `") {
+        return None;
+    }
+    let rest = words.strip_prefix("TOML parse error at line ")?;
+    rest.split(',')
+        .next()?
+        .parse()
+        .ok()
+        .filter(|&line| line > 0)
 }
 
 #[cfg(test)]
@@ -341,6 +441,69 @@ mod tests {
         for (run, expected) in cases {
             let error = format!("{:#}", check(&run).unwrap_err());
             assert!(error.contains(expected), "{error}");
+        }
+    }
+
+    #[test]
+    fn several_faults_are_named_at_once() {
+        let run = RunSpec {
+            until: 1.0,
+            sample_interval: -1.0,
+            animation_from: 2.0,
+            snapshots: Some("gsd".to_owned()),
+            ..RunSpec::default()
+        };
+        let error = check(&run).unwrap_err().to_string();
+        assert!(error.starts_with("3 entries are invalid:\n"), "{error}");
+        for words in ["run.sample_interval", "run.animation_from", "run.snapshots"] {
+            assert!(error.contains(words), "{error}");
+        }
+        let scene = Scene {
+            run: RunSpec {
+                observe: ["presure", "energy", "temprature:gas"]
+                    .map(str::to_owned)
+                    .into(),
+                until: -1.0,
+                ..RunSpec::default()
+            },
+            ..Scene::default()
+        };
+        let error = validate(&scene).unwrap_err().to_string();
+        // A list without a list in it.
+        assert!(
+            error.starts_with("3 entries are invalid:\n- run.until"),
+            "{error}"
+        );
+        assert_eq!(error.lines().count(), 4, "{error}");
+        assert!(error.contains("`pressure`") && error.contains("`temperature`"));
+    }
+
+    #[test]
+    fn all_lines_with_unknown_keys_are_named() {
+        let words = |text: &str| {
+            let first = Scene::from_toml(text).unwrap_err();
+            with_unknown_keys(first, text).to_string()
+        };
+        let text = "[box]\nseeds = 3\n[[gas]]\nradius = 0.01\nmas = 1.0\nenergy = 1.0\ncount = 2\n";
+        let said = words(text);
+        assert!(said.contains("2 entries are invalid:"), "{said}");
+        for part in [
+            "line 2, column 1",
+            "did you mean `seed`?",
+            "line 5, column 1",
+            "`mass`?",
+        ] {
+            assert!(said.contains(part), "{part}: {said}");
+        }
+        // The keys below an unknown header are none of another table.
+        let said = words("[boxx]\nseed = 3\n[run]\nuntill = 1.0\n");
+        assert!(
+            said.contains("`boxx`") && !said.contains("seed = 3"),
+            "{said}"
+        );
+        // An entry over two lines, and one fault alone.
+        for text in ["[box]\nside = [1.0,\n1.0]\nsed = 1\n", "[box]\nsed = 1\n"] {
+            assert_eq!(words(text), Scene::from_toml(text).unwrap_err().to_string());
         }
     }
 }

@@ -24,7 +24,8 @@ impl Watcher {
             ledger.work,
             ledger.fallen,
             ledger.wells,
-            // Sums of m a·x over all bodies, of which an entry is the difference.
+            // Sums of m a·x over all bodies less the energies of springs, of which an entry is the
+            // difference.
             self.largest_potential_energy(),
         ];
         self.largest_entry = entries
@@ -33,16 +34,17 @@ impl Watcher {
             .fold(self.largest_entry, f64::max);
     }
 
-    /// The work of gravity on a body since its last report, and a bound on its error (mass ×
-    /// length² / time²).
+    /// The work of gravity on a body, and of the force and the spring of a piston, since its last
+    /// report, and a bound on its error (mass × length² / time²).
     pub(super) fn fall(&self, body: &TrackedBody, time: EpochTime) -> [f64; 2] {
-        let gravity = body.state.gravity;
-        if gravity == [0.0; 2] {
+        let largest = body.state.top_acceleration();
+        if largest == 0.0 {
             return [0.0; 2];
         }
         let way = body.state.displacement(time).map(|way| way.value());
         let error = self.error(body, time) + 4.0 * f64::EPSILON * length(way);
-        [dot(gravity, way), length(gravity) * error].map(|work| body.mass * work)
+        let mean = body.state.mean_acceleration(way);
+        [dot(mean, way), largest * error].map(|work| body.mass * work)
     }
 
     /// The total momentum at a time after all events so far.
@@ -61,13 +63,13 @@ impl Watcher {
         [sum(0), sum(1)]
     }
 
-    /// The number of epochs, each of which adds roundings to all sums if there is a drag, a gravity
-    /// or a force.
+    /// The number of epochs, each of which adds roundings to all sums if there is a drag, a
+    /// gravity, a force or a spring.
     pub(super) fn rounding_epochs(&self) -> f64 {
         let falls = self
             .bodies
             .values()
-            .any(|body| body.state.gravity != [0.0; 2]);
+            .any(|body| body.state.top_acceleration() > 0.0);
         if self.rules.drag == 0.0 && !falls {
             0.0
         } else {
@@ -104,7 +106,7 @@ impl Watcher {
                 self.work_error,
             ),
             (
-                "work of gravity",
+                "work of gravity, forces and springs",
                 ledger.fallen - self.fallen_before,
                 fallen,
                 fallen_error,
@@ -152,9 +154,9 @@ impl Watcher {
                 self.report.fail(
                     "balance",
                     format!(
-                        "the energy grew from {:e} to {own:e} with {:e} from walls, {fallen:e} from \
-                         gravity and forces and a loss of {:e}: {off:e} is missing, allowed \
-                         {allowed:e}",
+                        "the energy grew from {:e} to {own:e} with {:e} from walls, {fallen:e} \
+                         from gravity, forces and springs and a loss of {:e}: {off:e} is missing, \
+                         allowed {allowed:e}",
                         self.energy_before, self.work, self.lost
                     ),
                 );
@@ -193,11 +195,18 @@ impl Watcher {
         free.map(|body| body.mass).sum()
     }
 
-    /// The sum over all bodies of the work of their accelerations along the longer side (mass ×
-    /// length² / time²).
+    /// The sum over all bodies of the work of their constant accelerations along the longer side,
+    /// and of the largest energies of springs (mass × length² / time²).
     fn largest_potential_energy(&self) -> f64 {
         let free = self.bodies.values().filter(|body| !body.fixed);
-        let forces = free.map(|body| body.mass * length(body.state.gravity));
-        forces.sum::<f64>() * self.longer_side()
+        let energies = free.map(|body| {
+            let of_spring = body.piston.and_then(|piston| {
+                let spring = piston.spring?;
+                Some(spring.largest_energy(piston.stops.ends))
+            });
+            let of_fall = length(body.state.gravity) * self.longer_side();
+            body.mass * (of_fall + of_spring.unwrap_or_default())
+        });
+        energies.sum()
     }
 }

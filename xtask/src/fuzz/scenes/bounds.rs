@@ -33,12 +33,40 @@ pub(super) const ROUNDINGS_OF_DRAG: f64 = 16.0;
 pub(super) const ROUNDINGS_OF_CLOCK: f64 = 8.0;
 
 /// Rounding that each epoch may add to the phase of an oscillation (radians), in roundings: of the
-/// angle, up to 8, of a turn, and of the displacement, from which uniform motion is subtracted.
+/// angle, up to 8, of a turn, and of the displacement, from which uniform motion is subtracted. The
+/// swing of a piston on a spring turns by up to 2 in an epoch, and begins anew at each contact.
 pub(super) const ROUNDINGS_OF_PHASE: f64 = 40.0;
 
 /// Rounding of a velocity that a gravity may add in each epoch and contact, in roundings of the
 /// speeds in the laboratory and in the falling frame.
 pub(super) const ROUNDINGS_OF_FALL: f64 = 8.0;
+
+/// The time for which an error of a velocity changes a place since the last report of a body, which
+/// on a spring is at most that of a radian of its swing (time).
+fn lasting(body: &TrackedBody, time: EpochTime) -> f64 {
+    let since = time.since(body.reported).abs();
+    match &body.state.spring {
+        None => since,
+        Some(spring) => since.min(1.0 / spring.frequency()),
+    }
+}
+
+/// The number of reflections of a piston since its last report, and its lowest speed at one (length
+/// per time).
+fn reflections(body: &TrackedBody, time: EpochTime) -> (f64, f64) {
+    let (count, slowest) = body.reflections;
+    match body.state.reflected(time) {
+        None => (count, slowest),
+        Some((_, flight)) => (count + f64::from(flight.count), slowest.min(flight.slowest)),
+    }
+}
+
+/// The highest speed of the whole swing of a piston on a spring (length per time); `None` for other
+/// bodies.
+fn swing_speed(body: &TrackedBody) -> Option<f64> {
+    let (_, state) = body.state.along_axis()?;
+    state.swing_speed()
+}
 
 impl Watcher {
     pub(super) fn longer_side(&self) -> f64 {
@@ -76,14 +104,14 @@ impl Watcher {
         // at late times.
         let rim = speed + body.state.spin.abs() * body.outline.reach;
         let mut unresolved = RESOLUTION * time.to_f64().abs() * rim;
-        if body.state.gravity != [0.0; 2] {
-            unresolved += self.velocity_error(body, time) * time.since(body.reported).abs();
+        if body.state.gravity != [0.0; 2] || body.state.spring.is_some() {
+            unresolved += self.velocity_error(body, time) * lasting(body, time);
         }
         // Each epoch of an oscillation begins at the place that its phase gives.
         let rounded = match &body.state.oscillation {
             None => {
-                let steps = epochs + 1.0 + 2.0 * body.reflections.0;
-                ROUNDINGS_PER_EPOCH * steps * self.longer_side()
+                let (reflections, _) = reflections(body, time);
+                (epochs + 1.0 + 2.0 * reflections) * self.place_rounding(body)
             }
             Some(oscillation) => {
                 ROUNDINGS_PER_EPOCH * self.longer_side()
@@ -99,28 +127,51 @@ impl Watcher {
             + unresolved
     }
 
-    /// Bound on the error of a velocity that gravity, a force or an oscillation changes (length per
-    /// time).
+    /// What each epoch may add to the rounding of a place, in roundings (length).
+    fn place_rounding(&self, body: &TrackedBody) -> f64 {
+        let of_side = ROUNDINGS_PER_EPOCH * self.longer_side();
+        let Some((stops, state)) = body.state.along_axis() else {
+            return of_side;
+        };
+        let (Some(spring), Some(size)) = (&state.spring, state.swing_size(stops.ends)) else {
+            return of_side;
+        };
+        // A swing that is longer passes its stops after a small part of it.
+        let amplitude = state.swing_speed().unwrap_or_default() / spring.frequency();
+        let longest = SIDES_PER_EPOCH * self.longer_side();
+        of_side + ROUNDINGS_OF_PHASE * (size + amplitude.min(longest))
+    }
+
+    /// Bound on the error of a velocity that gravity, a force, a spring or an oscillation changes
+    /// (length per time).
     pub(super) fn velocity_error(&self, body: &TrackedBody, time: EpochTime) -> f64 {
         let epochs = (self.epochs - body.epoch + 1) as f64;
         let state = &body.state;
         let (speed, acceleration, roundings) = if let Some(oscillation) = &state.oscillation {
             let speed = oscillation.top_speed();
             (speed, speed * oscillation.frequency, ROUNDINGS_OF_PHASE)
+        } else if let Some(speed) = swing_speed(body) {
+            (speed, state.top_acceleration(), ROUNDINGS_OF_PHASE)
         } else {
             let gravity = length(state.gravity);
             let falling = (gravity * self.longer_side()).sqrt();
             (state.top_speed(time) + falling, gravity, ROUNDINGS_OF_FALL)
         };
-        let (reflections, slowest) = body.reflections;
+        let (reflections, slowest) = reflections(body, time);
+        let steps = epochs + 2.0 * reflections;
+        let off = self.place_rounding(body);
         // A place that is off by a rounding changes the speed at a stop by that of the fall.
         let of_stops = if reflections > 0.0 && acceleration > 0.0 {
-            let off = ROUNDINGS_PER_EPOCH * self.longer_side() * acceleration;
-            reflections * off / slowest.max(f64::MIN_POSITIVE)
+            reflections * off * acceleration / slowest.max(f64::MIN_POSITIVE)
         } else {
             0.0
         };
-        f64::EPSILON * (roundings * (epochs + 2.0 * reflections) * speed + of_stops)
+        // It also changes the acceleration by a spring.
+        let of_spring = state.spring.map_or(0.0, |spring| {
+            let frequency = spring.frequency();
+            steps * off * frequency * frequency * lasting(body, time)
+        });
+        f64::EPSILON * (roundings * steps * speed + of_stops + of_spring)
             + RESOLUTION * time.to_f64().abs() * acceleration
     }
 

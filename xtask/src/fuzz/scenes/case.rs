@@ -372,14 +372,18 @@ impl Variants<'_> {
                 self.with(|case| change(&mut case.scene.piston[index]));
             };
             with(|piston| piston.force = 0.0);
+            with(|piston| (piston.spring, piston.relaxed_at) = (0.0, None));
+            with(|piston| piston.relaxed_at = None);
             with(|piston| piston.velocity = 0.0);
             with(|piston| piston.radius = 0.0);
             with(|piston| piston.tags.clear());
             with(|piston| {
                 let numbers = [&mut piston.mass, &mut piston.force, &mut piston.velocity];
-                let optional = [&mut piston.x, &mut piston.y].into_iter().flatten();
+                let numbers = numbers.into_iter().chain([&mut piston.spring]);
+                let optional = [&mut piston.x, &mut piston.y, &mut piston.relaxed_at];
+                let optional = optional.into_iter().flatten();
                 let stops = piston.stops.iter_mut().flatten();
-                let all = numbers.into_iter().chain(optional).chain(stops);
+                let all = numbers.chain(optional).chain(stops);
                 all.chain([&mut piston.radius])
                     .for_each(|number| *number = shortened(*number, 1));
             });

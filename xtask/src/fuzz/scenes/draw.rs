@@ -97,6 +97,7 @@ pub fn draw(seed: u64) -> SceneCase {
     }
     let kinds = sketch.features.motions();
     motions::move_walls(draw, &mut sketch.scene, &kinds, duration);
+    pistons::add_springs(draw, &mut sketch.scene, duration);
     drop_unknown_pairs(&mut sketch.scene);
     let mut case = SceneCase {
         class: class.to_owned(),

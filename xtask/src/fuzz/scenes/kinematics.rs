@@ -12,9 +12,10 @@ use carom_testkit::oracle::{DoubleDouble, Number as _};
 pub use super::durations::duration;
 pub use super::vectors::{BodyPair, along, cross, dot, length, rotated};
 use super::{
+    axis_motion::{AxisState, PistonSpring},
     convex::{ConvexPart, OutlineEllipse, farthest_tangents},
     oscillation::WallOscillation,
-    stops::{AxisState, PistonStops, ReflectedFlight},
+    stops::{PistonStops, ReflectedFlight},
     table_path::TablePath,
 };
 
@@ -33,7 +34,8 @@ pub struct BodyState {
     pub spin: f64,
     /// Drag γ, with which velocity and spin fall as exp(−γ t) (1 / time).
     pub drag: f64,
-    /// Acceleration by gravity, and of a piston by its force (length per time²); excludes a drag.
+    /// Acceleration by gravity, and of a piston by its force, without that by its spring (length
+    /// per time²); excludes a drag.
     pub gravity: BodyPair,
     /// The oscillation of a wall, from a time at which it was at `place`; excludes all others.
     pub oscillation: Option<WallOscillation>,
@@ -42,6 +44,8 @@ pub struct BodyState {
     pub table: Option<TablePath>,
     /// The stops of a piston.
     pub stops: Option<PistonStops>,
+    /// The spring of a piston.
+    pub spring: Option<PistonSpring>,
 }
 
 /// Placement of a body at one time.
@@ -166,6 +170,7 @@ impl BodyState {
             oscillation: None,
             table: None,
             stops: None,
+            spring: None,
         }
     }
 
@@ -234,13 +239,10 @@ impl BodyState {
         if let Some(table) = &self.table {
             return table.displacement(time);
         }
-        if self.stops.is_some() {
-            let after = self.reflected(time).map_or(*self, |(state, _)| state);
-            let onwards = after.unreflected().displacement(time);
-            return [0, 1].map(|axis| {
-                let [from, to] = [self, &after].map(|one| DoubleDouble::new(one.place[axis]));
-                to.minus(&from).plus(&onwards[axis])
-            });
+        if let Some((stops, state)) = self.along_axis() {
+            let mut way = [DoubleDouble::new(0.0); 2];
+            way[stops.axis] = stops.displacement(state, time);
+            return way;
         }
         let duration = self.time_of_path(time);
         [0, 1].map(|axis| {
@@ -261,9 +263,10 @@ impl BodyState {
         if let Some(table) = &self.table {
             return table.velocity(time);
         }
-        if self.stops.is_some() {
-            let after = self.reflected(time).map_or(*self, |(state, _)| state);
-            return after.unreflected().velocity_at(time);
+        if let Some((stops, state)) = self.along_axis() {
+            let mut velocity = [0.0; 2];
+            velocity[stops.axis] = stops.velocity(state, time);
+            return velocity;
         }
         if self.drag != 0.0 {
             let left = self.slowing(time);
@@ -284,48 +287,55 @@ impl BodyState {
         if let Some(table) = &self.table {
             return table.top_speed();
         }
-        if let Some(PistonStops { ends, .. }) = self.stops {
-            // Between its stops a piston gains at most this energy by its acceleration.
-            let gained = 2.0 * length(self.gravity) * (ends[1] - ends[0]);
-            return length(self.velocity).hypot(gained.sqrt());
+        if let Some((stops, state)) = self.along_axis() {
+            return state.top_speed(stops.ends);
         }
         length(self.velocity).max(length(self.velocity_at(time)))
+    }
+
+    /// The largest magnitude of the acceleration by gravity, and by the force and the spring of a
+    /// piston anywhere between its stops (length per time²).
+    pub fn top_acceleration(&self) -> f64 {
+        match self.along_axis() {
+            None => length(self.gravity),
+            Some((stops, state)) => state.top_acceleration(stops.ends),
+        }
+    }
+
+    /// The acceleration whose product with a displacement is the change of ½ v² on this way by
+    /// gravity, and by the force and the spring of a piston (length per time²).
+    pub fn mean_acceleration(&self, way: BodyPair) -> BodyPair {
+        let mut mean = self.gravity;
+        if let Some((PistonStops { axis, .. }, state)) = self.along_axis() {
+            mean[axis] = state.mean_acceleration(self.place[axis] + way[axis]);
+        }
+        mean
+    }
+
+    /// The stops of a piston, and its motion along its axis; `None` for other bodies.
+    pub fn along_axis(&self) -> Option<(PistonStops, AxisState)> {
+        let stops = self.stops?;
+        let axis = stops.axis;
+        let state = AxisState {
+            time: self.time,
+            place: self.place[axis],
+            velocity: self.velocity[axis],
+            acceleration: self.gravity[axis],
+            spring: self.spring,
+        };
+        Some((stops, state))
     }
 
     /// The state of a piston after its last reflection before a time, and the flight up to it;
     /// `None` for other bodies.
     pub fn reflected(&self, time: EpochTime) -> Option<(Self, ReflectedFlight)> {
-        let stops = self.stops?;
-        let axis = stops.axis;
-        let along = AxisState {
-            time: self.time,
-            place: self.place[axis],
-            velocity: self.velocity[axis],
-            acceleration: self.gravity[axis],
-        };
-        let flight = stops.flight(along, time);
-        let mut state = *self;
-        state.time = flight.state.time;
-        state.place[axis] = flight.state.place;
-        state.velocity[axis] = flight.state.velocity;
-        Some((state, flight))
-    }
-
-    /// The state of a piston as if it had no stops, which pressed against one stays.
-    fn unreflected(&self) -> Self {
-        let mut state = Self {
-            stops: None,
-            ..*self
-        };
-        if let Some(PistonStops { axis, ends }) = self.stops {
-            let [place, acceleration] = [self.place[axis], self.gravity[axis]];
-            let is_pressed = (place <= ends[0] && acceleration < 0.0)
-                || (place >= ends[1] && acceleration > 0.0);
-            if is_pressed && self.velocity[axis] == 0.0 {
-                state.gravity[axis] = 0.0;
-            }
-        }
-        state
+        let (stops, state) = self.along_axis()?;
+        let flight = stops.flight(state, time);
+        let mut after = *self;
+        after.time = flight.state.time;
+        after.place[stops.axis] = flight.state.place;
+        after.velocity[stops.axis] = flight.state.velocity;
+        Some((after, flight))
     }
 
     /// Placement at another time without events in between, in a box of these sides.
@@ -850,6 +860,7 @@ mod tests {
             oscillation: None,
             table: None,
             stops: None,
+            spring: None,
         };
         let later = state.at(
             EpochTime::from(1e12).new_epoch(1e6).after(0.125),
@@ -872,6 +883,7 @@ mod tests {
             oscillation: None,
             table: None,
             stops: None,
+            spring: None,
         };
         for decay in [1e-9, 1e-3, 0.3, 2.0, 9.0f64] {
             let state = state(0.5 * decay);

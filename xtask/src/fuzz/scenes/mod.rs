@@ -1,5 +1,6 @@
 //! Random scenes with edits, run by both schedulers and checked against independent kinematics.
 
+pub mod axis_motion;
 mod balance;
 mod bonds;
 mod bounds;
@@ -169,7 +170,13 @@ fn scales(scene: &Scene, case: &SceneCase, whole: bool) -> Scales {
         Some(path.top_speed())
     });
     let of_pistons = scene.piston.iter().map(|piston| {
-        let gained = 2.0 * (piston.force / piston.mass).abs() * side;
+        // The squares of the speeds that it gains by its force on the way along the box, and by its
+        // spring on the way to where that is relaxed, but at most along the box and back.
+        let of_force = 2.0 * (piston.force / piston.mass).abs() * side;
+        let place = piston.x.or(piston.y).unwrap_or_default();
+        let stretched = (piston.relaxed_at.unwrap_or(place) - place).abs();
+        let of_spring = piston.spring / piston.mass * stretched * stretched.min(2.0 * side);
+        let gained = of_force + of_spring;
         piston.velocity.hypot(gained.sqrt())
     });
     let of_fall = (vectors::length(scene.gravity.acceleration) * side).sqrt();

@@ -1,4 +1,5 @@
-//! Random pistons, with room between their stops, and forces that suit bodies of about unit mass.
+//! Random pistons, with room between their stops, forces that suit bodies of about unit mass, and
+//! springs that suit the duration of a case.
 
 use carom::engine::{PistonSpec, Scene};
 
@@ -10,6 +11,13 @@ const ROOM: f64 = 1e-3;
 
 /// Least distance of two stops, in sides of the box.
 const MIN_WAY: f64 = 0.02;
+
+/// Share of the pistons that are on springs.
+const SHARE_ON_SPRINGS: f64 = 0.35;
+
+/// Largest distance of a piston from where its spring is relaxed, and of that place from the
+/// balance, in sides of the box. The engine refuses balances at a hundred sides from a stop.
+const MAX_AWAY: f64 = 30.0;
 
 /// The place for a piston in a scene.
 #[derive(Debug)]
@@ -68,7 +76,7 @@ impl PistonRoom<'_> {
                 force(draw, side)
             },
             stops,
-            // The independent kinematics has constant forces alone.
+            // Springs are added when the duration of the case is drawn.
             spring: 0.0,
             relaxed_at: None,
         })
@@ -131,6 +139,34 @@ pub fn force(draw: &mut FuzzDraw, side: f64) -> f64 {
     draw.sign() * draw.scale(0.01, 30.0) / side
 }
 
+/// Lets springs pull a share of the pistons of a scene, in a case of this duration (time).
+///
+/// Most pistons make from a small part of a swing to some tens of swings; a few springs are much
+/// stiffer or softer. They change the energy of a piston by about that of a body.
+pub fn add_springs(draw: &mut FuzzDraw, scene: &mut Scene, duration: f64) {
+    let (sides, gravity) = (scene.bounds.sides, scene.gravity.acceleration);
+    for piston in &mut scene.piston {
+        if !draw.happens(SHARE_ON_SPRINGS) {
+            continue;
+        }
+        let axis = usize::from(piston.x.is_none());
+        let most = MAX_AWAY * sides[axis];
+        let phase = match draw.index(10) {
+            0 => draw.scale(1e-3, 0.3),
+            1 => draw.scale(200.0, 1000.0),
+            _ => draw.scale(0.3, 200.0),
+        };
+        // Springs whose balance is far away are refused.
+        let constant = gravity[axis] + piston.force / piston.mass;
+        let frequency = (phase / duration).max((constant.abs() / most).sqrt());
+        piston.spring = piston.mass * frequency * frequency;
+        let speed = draw.scale(0.05, 5.0) / piston.mass.sqrt();
+        let away = draw.sign() * (speed / frequency).min(most);
+        let place = piston.x.or(piston.y).unwrap_or_default();
+        piston.relaxed_at = (!draw.happens(0.25)).then_some(place + away);
+    }
+}
+
 /// Multiplies lengths, speeds and masses of a piston by powers of two.
 pub fn scale_piston(spec: &mut PistonSpec, length: f64, speed: f64, mass: f64) {
     (spec.x, spec.y) = (spec.x.map(|x| x * length), spec.y.map(|y| y * length));
@@ -139,4 +175,7 @@ pub fn scale_piston(spec: &mut PistonSpec, length: f64, speed: f64, mass: f64) {
     spec.velocity *= speed;
     spec.force *= mass * (speed * speed / length);
     spec.stops = spec.stops.map(|stops| stops.map(|stop| stop * length));
+    let rate = speed / length;
+    spec.spring *= mass * (rate * rate);
+    spec.relaxed_at = spec.relaxed_at.map(|place| place * length);
 }

@@ -1,9 +1,10 @@
-//! The stops of a piston, which reflect it without loss, computed from its acceleration alone.
+//! The stops of a piston, which reflect it without loss, computed from its acceleration and its
+//! spring alone.
 
 use carom_kinematics::EpochTime;
-use carom_testkit::oracle::Number as _;
+use carom_testkit::oracle::{DoubleDouble, Number as _};
 
-use super::durations::duration;
+use super::{axis_motion::AxisState, durations::duration};
 
 /// Largest number of reflections in one flight; later ones are left out.
 const MAX_REFLECTIONS: u32 = 100_000;
@@ -15,19 +16,6 @@ pub struct PistonStops {
     pub axis: usize,
     /// The least and the largest place on it (length).
     pub ends: [f64; 2],
-}
-
-/// The motion of a piston along its axis.
-#[derive(Debug, Clone, Copy)]
-pub struct AxisState {
-    /// The time.
-    pub time: EpochTime,
-    /// Its place (length).
-    pub place: f64,
-    /// Its velocity (length per time).
-    pub velocity: f64,
-    /// Its acceleration (length per time²).
-    pub acceleration: f64,
 }
 
 /// A flight between stops, up to its last reflection.
@@ -52,22 +40,15 @@ impl PistonStops {
         let [low, high] = self.ends;
         while flight.count < MAX_REFLECTIONS {
             let state = &mut flight.state;
-            let AxisState {
-                place,
-                velocity,
-                acceleration,
-                ..
-            } = *state;
-            let up = first_passage(high - place, velocity, acceleration);
-            let down = first_passage(place - low, -velocity, -acceleration);
+            let [up, down] = [state.time_to(high, 1.0), state.time_to(low, -1.0)];
             let (wait, end) = if up < down { (up, high) } else { (down, low) };
             // A piston that is pressed against its stop stays there.
-            let rests = wait == 0.0 && velocity == 0.0;
+            let rests = wait == 0.0 && state.velocity == 0.0;
             if rests || duration(state.time, time).value() < wait {
                 break;
             }
-            let squared = velocity * velocity + 2.0 * acceleration * (end - place);
-            let speed = squared.max(0.0).sqrt();
+            let gained = 2.0 * state.mean_acceleration(end) * (end - state.place);
+            let speed = (state.velocity * state.velocity + gained).max(0.0).sqrt();
             state.time = state.time.new_epoch(wait);
             state.place = end;
             state.velocity = if up < down { -speed } else { speed };
@@ -76,28 +57,42 @@ impl PistonStops {
         }
         flight
     }
-}
 
-/// The least time t with d = v t + ½ a t², for a distance d ahead; 0 if it has been passed by
-/// rounding, and infinite if there is none.
-fn first_passage(distance: f64, velocity: f64, acceleration: f64) -> f64 {
-    let leads_on = velocity > 0.0 || (velocity == 0.0 && acceleration > 0.0);
-    if distance <= 0.0 && leads_on {
-        return 0.0;
+    /// Displacement after a state until `time` (length).
+    pub fn displacement(&self, state: AxisState, time: EpochTime) -> DoubleDouble {
+        let after = self.flight(state, time).state;
+        let [from, to] = [state, after].map(|state| DoubleDouble::new(state.place));
+        let way = to.minus(&from);
+        if self.holds(&after) {
+            return way;
+        }
+        way.plus(&after.displacement(time))
     }
-    let squared = velocity * velocity + 2.0 * acceleration * distance;
-    if velocity > 0.0 && squared >= 0.0 {
-        2.0 * distance / (velocity + squared.sqrt())
-    } else if velocity <= 0.0 && acceleration > 0.0 {
-        (squared.max(0.0).sqrt() - velocity) / acceleration
-    } else {
-        f64::INFINITY
+
+    /// Velocity at `time` after a state (length per time).
+    pub fn velocity(&self, state: AxisState, time: EpochTime) -> f64 {
+        let after = self.flight(state, time).state;
+        if self.holds(&after) {
+            return 0.0;
+        }
+        after.velocity_at(time)
+    }
+
+    /// Returns true for a piston at rest on a stop, against which it is pressed.
+    fn holds(&self, state: &AxisState) -> bool {
+        let [low, high] = self.ends;
+        let (place, acceleration) = (state.place, state.acceleration_here());
+        let is_pressed =
+            (place <= low && acceleration < 0.0) || (place >= high && acceleration > 0.0);
+        is_pressed && state.velocity == 0.0
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use std::f64::consts::PI;
+
+    use super::{super::axis_motion::PistonSpring, *};
 
     const STOPS: PistonStops = PistonStops {
         axis: 0,
@@ -110,14 +105,13 @@ mod tests {
             place,
             velocity,
             acceleration,
+            spring: None,
         }
     }
 
-    /// The place at a time, from the last reflection before it.
+    /// The place at a time.
     fn place_at(from: AxisState, time: f64) -> f64 {
-        let state = STOPS.flight(from, time.into()).state;
-        let since = duration(state.time, time.into()).value();
-        state.place + since * (state.velocity + 0.5 * state.acceleration * since)
+        from.place + STOPS.displacement(from, time.into()).value()
     }
 
     #[test]
@@ -149,5 +143,76 @@ mod tests {
     fn a_piston_pressed_against_its_stop_stays() {
         let flight = STOPS.flight(piston(0.125, 0.0, -1.0), 3.0.into());
         assert_eq!((flight.count, flight.state.place), (0, 0.125));
+    }
+    /// On a spring with Ω = 3 that balances at 0.3 (length).
+    fn on_spring(place: f64, velocity: f64) -> AxisState {
+        AxisState {
+            spring: PistonSpring::new(18.0, 2.0, 0.1),
+            ..piston(place, velocity, 1.8)
+        }
+    }
+
+    #[test]
+    fn a_stop_reflects_a_swing() {
+        // From the turning point at 0.5 it reaches the stop at 0.2 after a third of a period.
+        let stops = PistonStops {
+            axis: 0,
+            ends: [0.2, 0.625],
+        };
+        let half = 2.0 * PI / 9.0;
+        for step in 0..200 {
+            let time = 0.0173 * f64::from(step);
+            let since = (time + half) % (2.0 * half) - half;
+            let place = 0.5 + stops.displacement(on_spring(0.5, 0.0), time.into()).value();
+            let expected = 0.3 + 0.2 * (3.0 * since).cos();
+            assert!((place - expected).abs() < 1e-13, "{time}");
+            let velocity = stops.velocity(on_spring(0.5, 0.0), time.into());
+            let expected = -0.6 * (3.0 * since).sin();
+            assert!((velocity - expected).abs() < 1e-12, "{time}");
+        }
+        let flight = stops.flight(on_spring(0.5, 0.0), 3.0.into());
+        assert_eq!(flight.count, 2);
+        assert!((flight.slowest - 0.6 * (PI / 3.0).sin()).abs() < 1e-14);
+    }
+
+    #[test]
+    fn a_swing_between_two_stops_keeps_its_energy_and_runs_back() {
+        let begin = on_spring(0.25, 2.0);
+        for step in 1..100 {
+            let time = 0.0371 * f64::from(step);
+            let there = AxisState {
+                time: time.into(),
+                place: place_at(begin, time),
+                velocity: STOPS.velocity(begin, time.into()),
+                ..begin
+            };
+            let [before, now] = [&begin, &there].map(|state| state.swing_speed().unwrap());
+            assert!((before - now).abs() < 1e-12, "{time}");
+            assert!((0.125 - 1e-13..=0.625 + 1e-13).contains(&there.place));
+            let back = AxisState {
+                velocity: -there.velocity,
+                ..there
+            };
+            let end = EpochTime::from(2.0 * time);
+            let place = back.place + STOPS.displacement(back, end).value();
+            assert!((place - 0.25).abs() < 1e-11, "{time}: {place}");
+        }
+    }
+
+    #[test]
+    fn a_piston_that_its_spring_presses_against_its_stop_stays() {
+        let pressed = AxisState {
+            spring: PistonSpring::new(18.0, 2.0, 0.0),
+            ..piston(0.125, 0.0, 0.5)
+        };
+        assert_eq!(STOPS.flight(pressed, 3.0.into()).count, 0);
+        assert_eq!(place_at(pressed, 3.0), 0.125);
+        assert_eq!(STOPS.velocity(pressed, 3.0.into()), 0.0);
+        // Without a pressure it swings from its stop, and returns.
+        let free = AxisState {
+            acceleration: 1.5,
+            ..pressed
+        };
+        assert!(place_at(free, 1.0) > 0.14);
     }
 }

@@ -458,6 +458,27 @@ fn wrong_pistons_are_found() {
 }
 
 #[test]
+fn wrong_springs_are_found() {
+    let alterations: [fn(&mut PistonSpec); 3] = [
+        |piston| piston.spring *= 1.0 + 1e-9,
+        |piston| piston.relaxed_at = piston.relaxed_at.map(|place| place * (1.0 + 1e-9)),
+        |piston| piston.mass *= 1.0 + 1e-9,
+    ];
+    for (number, alter) in alterations.into_iter().enumerate() {
+        let altered = Altered(move |scene: &mut Scene| scene.piston.iter_mut().for_each(alter));
+        let kind = failure_where(&Scenes { parts: altered }, has_spring);
+        let kind = kind.unwrap_or_else(|| panic!("fault {number} is not found"));
+        let kinds = ["velocity", "place", "momentum", "ledger", "gap", "balance"];
+        assert!(kinds.contains(&&kind[..]), "{number}: {kind}");
+    }
+}
+
+/// Returns true if a piston of the case is on a spring.
+fn has_spring(case: &SceneCase) -> bool {
+    case.scene.piston.iter().any(|piston| piston.spring > 0.0)
+}
+
+#[test]
 fn systems_with_pistons_run_in_order_and_not_in_tiles() {
     let method = Method {
         tiles: TilesName::Always,
@@ -492,12 +513,13 @@ fn a_wrong_gravity_is_found() {
 
 #[test]
 fn lost_and_late_contacts_of_driven_bodies_are_found() {
-    let is_driven: [fn(&SceneCase) -> bool; 5] = [
+    let is_driven: [fn(&SceneCase) -> bool; 6] = [
         |case| !case.scene.gravity.is_none(),
         |case| has_wall(case, |motion| motion.frequency > 0.0),
         |case| has_wall(case, |motion| motion.turn != 0.0),
         |case| has_wall(case, |motion| !motion.times.is_empty()),
         |case| !case.scene.piston.is_empty(),
+        has_spring,
     ];
     for is_meant in is_driven {
         for (one_in, late) in [(100, f64::INFINITY), (100, 1e-6)] {
@@ -687,7 +709,7 @@ type Share = (fn(&SceneCase) -> bool, u64);
 #[test]
 fn a_share_of_the_scenes_is_driven() {
     const SCENES: u64 = 400;
-    let is_driven: [Share; 6] = [
+    let is_driven: [Share; 7] = [
         (|case| has_wall(case, |motion| motion.turn != 0.0), 15),
         (
             |case| has_wall(case, |motion| motion.velocity != [0.0; 2]),
@@ -697,8 +719,9 @@ fn a_share_of_the_scenes_is_driven() {
         (|case| has_wall(case, |motion| !motion.times.is_empty()), 8),
         (|case| !case.scene.gravity.is_none(), 8),
         (|case| !case.scene.piston.is_empty(), 8),
+        (has_spring, 2),
     ];
-    let (mut drawn, mut refused) = ([0; 6], [0; 6]);
+    let (mut drawn, mut refused) = ([0; 7], [0; 7]);
     for index in 0..SCENES {
         let case = draw::draw(case_seed(7, index));
         let order = Order::Heap(CellsPerSide::Automatic);

@@ -6,6 +6,7 @@ use carom::engine::{BodyKey, BodyView, PistonSpec, WallMotionSpec};
 use carom_kinematics::EpochTime;
 
 use super::{
+    axis_motion::PistonSpring,
     kinematics::{BodyOutline, BodyPair, BodyState, Placed, along, dot, rotated},
     stops::PistonStops,
 };
@@ -38,12 +39,15 @@ pub(super) struct TrackedPiston {
     pub(super) force: f64,
     /// Its stops.
     pub(super) stops: PistonStops,
+    /// Its spring, if it has one.
+    pub(super) spring: Option<PistonSpring>,
 }
 
 impl TrackedPiston {
     /// The piston of a description; its stops are those that the engine has found if it gives
-    /// none.
+    /// none, and its spring is relaxed where it begins unless another place is given.
     pub(super) fn new(spec: &PistonSpec, found: [f64; 2]) -> Self {
+        let relaxed_at = spec.relaxed_at.or(spec.x).or(spec.y);
         Self {
             mass: spec.mass,
             force: spec.force,
@@ -51,11 +55,12 @@ impl TrackedPiston {
                 axis: usize::from(spec.x.is_none()),
                 ends: spec.stops.unwrap_or(found),
             },
+            spring: PistonSpring::new(spec.spring, spec.mass, relaxed_at.unwrap_or_default()),
         }
     }
 
-    /// Acceleration by its force and by the component of gravity along its axis (length per
-    /// time²).
+    /// Acceleration by its force and by the component of gravity along its axis, without that by
+    /// its spring (length per time²).
     pub(super) fn acceleration(&self, gravity: BodyPair) -> BodyPair {
         let axis = self.stops.axis;
         let mut acceleration = [0.0; 2];

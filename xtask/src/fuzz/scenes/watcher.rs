@@ -262,6 +262,7 @@ impl Watcher {
         BodyState {
             gravity,
             stops: body.piston.map(|piston| piston.stops),
+            spring: body.piston.and_then(|piston| piston.spring),
             ..BodyState::new(motion, time, drag)
         }
     }
@@ -323,7 +324,8 @@ impl Watcher {
 
     /// The speed at which the guard separates two bodies at least of which gravity, or the force on
     /// a piston, accelerates one relative to the other: the share `contact_time` of the speed after
-    /// a fall by the diameter of the smaller one (length per time).
+    /// a fall by the diameter of the smaller one (length per time). The acceleration by a spring
+    /// does not count.
     fn bounce(&self, contact: &CollisionReport<'_>) -> f64 {
         let [of_first, of_second] = contact.sides.each_ref().map(|side| {
             let known = self.bodies.get(&side.body.key());
@@ -337,13 +339,14 @@ impl Watcher {
         self.rules.elasticity.contact_time * (diameter * fall).sqrt()
     }
 
-    /// Returns true if gravity, a force or the motion of a wall accelerates one of two surfaces.
+    /// Returns true if gravity, a force, a spring or the motion of a wall accelerates one of two
+    /// surfaces.
     fn is_accelerated(&self, contact: &CollisionReport<'_>) -> bool {
         self.acceleration(contact, 0.0) > 0.0
     }
 
     /// Bound on the relative acceleration of two surfaces by gravity, by the force on a piston and
-    /// by the motion of a wall (length per time²).
+    /// its spring and by the motion of a wall (length per time²).
     fn acceleration(&self, contact: &CollisionReport<'_>, speed: f64) -> f64 {
         let sides = contact.sides.iter();
         let bodies = sides.filter_map(|side| self.bodies.get(&side.body.key()));
@@ -352,7 +355,7 @@ impl Watcher {
             let spin = wall.state.spin.abs();
             let turning = spin * (2.0 * speed + spin * wall.outline.reach);
             let oscillation = wall.state.oscillation;
-            let of_force = length(wall.state.gravity);
+            let of_force = wall.state.top_acceleration();
             turning + of_force + oscillation.map_or(0.0, |one| one.top_speed() * one.frequency)
         };
         barriers

@@ -267,7 +267,7 @@ fn motion(
     let times_of_motion = times.filter(|_| !kicks.shape.is_fixed);
     let mut figures = forces_and_velocities(kicks, context, mean);
     figures.extend(energies(kicks, theory, context, mean));
-    figures.extend(relaxation_times(times, context));
+    figures.extend(relaxation_times(times, parts.whole.first(), context));
     figures.extend(needed(times_of_motion, context));
     figures
 }
@@ -342,15 +342,20 @@ fn energies(
     figures
 }
 
-/// The times in which velocity and rotation are forgotten.
-fn relaxation_times(times: Option<[f64; 2]>, context: &Context<'_>) -> Vec<Figure> {
+/// The times in which velocity and rotation are forgotten, with the error of the rate of the kicks.
+fn relaxation_times(
+    times: Option<[f64; 2]>,
+    rate: Option<&BlockMean>,
+    context: &Context<'_>,
+) -> Vec<Figure> {
+    let share = rate.and_then(|rate| Some(rate.standard_error? / rate.value?));
     let named = times
         .into_iter()
         .flat_map(|times| times.into_iter().zip(["velocity", "rotation"]));
     let finite = named.filter(|(time, _)| *time > 0.0 && time.is_finite());
     let figure = |(time, what): (f64, &str)| {
         let name = format!("relaxation time of the {what}, from the kicks");
-        Figure::new(context.named(&name), time, "time")
+        Figure::new(context.named(&name), time, "time").error(share.map(|share| share * time))
     };
     finite.map(figure).collect()
 }

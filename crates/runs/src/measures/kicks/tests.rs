@@ -207,7 +207,12 @@ fn a_dilute_gas_kicks_as_the_exposed_arcs_predict() {
     // Rate and density, two forces, the torque, two velocities and energies, two of the mirror
     // symmetry, three χ², and five atoms.
     assert_eq!(judged, 19);
-    assert!(figure(&found, "kicks").value > 5.0);
+    let rate = figure(&found, "kicks");
+    assert!(rate.value > 5.0);
+    // It has the relative error of the rate.
+    let time = figure(&found, "relaxation time of the velocity, from the kicks");
+    let error = rate.standard_error.unwrap() / rate.value * time.value;
+    assert!((time.standard_error.unwrap() / error - 1.0).abs() < 1e-12);
     let mirror = figure(&found, "share of kicks on A less that on C");
     let error = mirror.standard_error.unwrap();
     assert!(error < 0.02 && mirror.smallest_difference == Some((THRESHOLD + SAFELY) * error));
