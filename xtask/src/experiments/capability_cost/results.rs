@@ -9,9 +9,10 @@ use super::{
 };
 
 /// The most that a capability may cost where it is absent, and where it is idle (share of the
-/// instructions).
+/// instructions). The most expensive ones are two discs that are tied, since all discs then go
+/// through the search of partners, and what looks at all bodies at each sample.
 const ABSENT: f64 = 0.02;
-const IDLE: f64 = 0.05;
+const IDLE: f64 = 0.15;
 
 /// Results for one variant.
 #[derive(Debug, Clone)]

@@ -405,20 +405,21 @@ pub fn scene(variant: Variant) -> Scene {
             };
         }
         Capability::Wells => {
-            let wells = if used { DISCS / 2 } else { 1 };
-            scene.gas = vec![tagged("one", wells), tagged("other", DISCS - wells)];
-            let between: &[&str] = if used { &["gas"] } else { &["one", "other"] };
             scene.well = vec![WellSpec {
-                between: between.iter().map(|&tag| tag.to_owned()).collect(),
+                between: vec![(if used { "gas" } else { "nobody" }).to_owned()],
                 steps: vec![[1.5, -1.0]],
             }];
         }
         Capability::Reactions => {
             scene.gas = ["one", "other"].map(|tag| tagged(tag, DISCS / 2)).to_vec();
+            let between = if used {
+                ["one", "other"]
+            } else {
+                ["one", "nobody"]
+            };
             scene.reaction = vec![ReactionSpec {
-                between: ["one", "other"].map(str::to_owned).to_vec(),
+                between: between.map(str::to_owned).to_vec(),
                 becomes: ["other", "one"].map(str::to_owned).to_vec(),
-                least_energy: if used { 0.0 } else { 1e30 },
                 ..ReactionSpec::default()
             }];
         }
@@ -468,16 +469,17 @@ fn beside_the_gas(capability: Capability, used: bool) -> Scene {
         (Capability::Pistons, true) => {
             "[[wall]]\nx = 0.0\n[[piston]]\nx = 0.5\nmass = 100.0".to_owned()
         }
-        (Capability::Pistons, false) => {
-            "[[wall]]\nx = 0.0\n[[piston]]\nx = 0.5\nmass = 1e9".to_owned()
-        }
+        (Capability::Pistons, false) => format!(
+            "[[wall]]\nx = 0.0\n[[wall]]\nx = {radius:?}\n[[piston]]\nx = {:?}\nmass = 1.0",
+            0.5 * radius
+        ),
         (Capability::Gravity, _) => {
-            let acceleration = if used { 1.0 } else { 1e-9 };
+            let acceleration = if used { 1.0 } else { 0.0 };
             format!("[gravity]\nacceleration = [0.0, -{acceleration:?}]\n[[wall]]\ny = 0.0")
         }
-        (Capability::Drag, _) => format!("[box]\ndrag = {:?}", if used { 1.0 } else { 1e-9 }),
+        (Capability::Drag, _) => format!("[box]\ndrag = {:?}", if used { 1.0 } else { 0.0 }),
         (Capability::Shear, _) => {
-            format!("[box]\nshear_rate = {:?}", if used { 1.0 } else { 1e-9 })
+            format!("[box]\nshear_rate = {:?}", if used { 1.0 } else { 0.0 })
         }
         _ => String::new(),
     };
