@@ -81,7 +81,7 @@ fn any_molecule_runs_beside_its_control_and_its_run_can_be_continued() {
         "0.3",
     ];
     let words =
-        |more: &[&'static str]| [&fixed[..], &["--from", "0.5", "--until", "30"], more].concat();
+        |more: &[&'static str]| [&fixed[..], &["--from", "0.5", "--until", "33"], more].concat();
     let said = passes(root.path(), &words(&["--out", "once"]));
     assert!(
         said.contains("tested means are as predicted") && said.contains("Brownian motion: fan"),

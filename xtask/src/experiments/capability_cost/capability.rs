@@ -190,7 +190,7 @@ impl Capability {
             }
             (Self::Bonds, CapabilityLevel::Idle) => "two discs tied to each other, out of 4000",
             (Self::Bonds, CapabilityLevel::Used) => "all discs in chains of 16",
-            (Self::Wells, CapabilityLevel::Idle) => "a well for a tag that no disc carries",
+            (Self::Wells, CapabilityLevel::Idle) => "one disc with a well of 1.5 diameters",
             (Self::Wells, CapabilityLevel::Used) => "all discs with wells of 1.5 diameters",
             (Self::Reactions, CapabilityLevel::Idle) => "a reaction for a tag that no disc carries",
             (Self::Reactions, CapabilityLevel::Used) => {
@@ -213,6 +213,12 @@ impl Capability {
             (Self::Shear, CapabilityLevel::Idle) => "a shear rate of 0",
             (Self::Shear, CapabilityLevel::Used) => "a shear rate of 1",
         }
+    }
+
+    /// Whether a rule for a few bodies costs all of them: pairs are then searched, or contacts
+    /// resolved, one by one.
+    pub fn costs_all(self) -> bool {
+        matches!(self, Self::Wells | Self::Reactions)
     }
 
     /// Sources that only this capability needs. Some have none, such as bumpers, which are discs of

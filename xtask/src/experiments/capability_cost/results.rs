@@ -72,7 +72,8 @@ impl CostResults {
                     ABSENT,
                 ));
             }
-            if let Some(excess) = self.excess(Variant::With(capability, CapabilityLevel::Idle)) {
+            let idle = Variant::With(capability, CapabilityLevel::Idle);
+            if let Some(excess) = self.excess(idle).filter(|_| !capability.costs_all()) {
                 checks.push(Check::at_most(
                     &format!("{} idle", capability.name()),
                     excess,

@@ -405,21 +405,20 @@ pub fn scene(variant: Variant) -> Scene {
             };
         }
         Capability::Wells => {
+            let wells = if used { DISCS / 2 } else { 1 };
+            scene.gas = vec![tagged("one", wells), tagged("other", DISCS - wells)];
+            let between: &[&str] = if used { &["gas"] } else { &["one", "other"] };
             scene.well = vec![WellSpec {
-                between: vec![(if used { "gas" } else { "nobody" }).to_owned()],
+                between: between.iter().map(|&tag| tag.to_owned()).collect(),
                 steps: vec![[1.5, -1.0]],
             }];
         }
         Capability::Reactions => {
             scene.gas = ["one", "other"].map(|tag| tagged(tag, DISCS / 2)).to_vec();
-            let between = if used {
-                ["one", "other"]
-            } else {
-                ["one", "nobody"]
-            };
             scene.reaction = vec![ReactionSpec {
-                between: between.map(str::to_owned).to_vec(),
+                between: ["one", "other"].map(str::to_owned).to_vec(),
                 becomes: ["other", "one"].map(str::to_owned).to_vec(),
+                least_energy: if used { 0.0 } else { 1e30 },
                 ..ReactionSpec::default()
             }];
         }

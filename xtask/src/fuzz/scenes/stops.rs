@@ -49,7 +49,8 @@ impl PistonStops {
             }
             let gained = 2.0 * state.mean_acceleration(end) * (end - state.place);
             let speed = (state.velocity * state.velocity + gained).max(0.0).sqrt();
-            state.time = state.time.new_epoch(wait);
+            // The sum of the offset and the wait would be rounded to that of the offset.
+            state.time = state.time.new_epoch(0.0).new_epoch(wait);
             state.place = end;
             state.velocity = if up < down { -speed } else { speed };
             flight.count += 1;
