@@ -20,7 +20,7 @@ use crate::world::{
 
 /// The length of a line of centres that is shorter, in bounding radii. Only its direction counts;
 /// smaller: its square may vanish.
-const LEAST_SEPARATION: f64 = 1e-6;
+const MIN_SEPARATION: f64 = 1e-6;
 
 /// Lever arms and normal of any contact, and the depth by which the two bodies overlap (length).
 #[inline(always)]
@@ -123,7 +123,7 @@ fn ellipse_frame(
                 arm(1, j, -found.normal, &found.points[1]),
             ];
             // Centres of mass may coincide, where a body is inside a hollow of the other.
-            let least = LEAST_SEPARATION * molecules[0].bounding_radius();
+            let least = MIN_SEPARATION * molecules[0].bounding_radius();
             let length = separation.length().max(least);
             let frame = ContactFrame {
                 line_of_centres: length * found.normal,

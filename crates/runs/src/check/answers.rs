@@ -37,8 +37,8 @@ pub(super) struct Answers {
     mean_free_path: Option<f64>,
     /// Whether both are those of the start, from which the run departs.
     is_of_start: bool,
-    /// Whether the numbers of collisions are those of a trial of the start, while the run drives the
-    /// bodies or takes their energy, so that their rate changes.
+    /// Whether the numbers of collisions are those of a trial of the start, while the run drives
+    /// the bodies or takes their energy, so that their rate changes.
     is_extrapolated: bool,
     /// Collisions of each body that moves until the end of the run.
     collisions_per_body: Option<f64>,

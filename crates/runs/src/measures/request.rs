@@ -11,7 +11,7 @@ use super::{
     kind::{EVERY, INTERVAL, check_word},
     lyapunov,
 };
-use crate::{faults::refuse_all, schedule::stages};
+use crate::{invalid_entries::refuse_all, schedule::stages};
 
 /// The interval of a measure may differ from a multiple of the run's by this share: rounding.
 const ROUNDING: f64 = 1e-9;
@@ -190,8 +190,8 @@ pub(super) fn number(value: &MeasureParameter) -> Option<f64> {
 /// All measures of a scene, validated: those of `run.observe` first.
 ///
 /// # Errors
-/// Names, tags, keys or values are invalid, all in one message; or else two measures would write the
-/// same files, or one cannot be measured in this scene.
+/// Names, tags, keys or values are invalid, all in one message; or else two measures would write
+/// the same files, or one cannot be measured in this scene.
 pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
     let (mut requests, mut faults): (Vec<Request>, Vec<Error>) = (Vec::new(), Vec::new());
     for (index, name) in scene.run.observe.iter().enumerate() {

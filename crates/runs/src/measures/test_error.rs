@@ -1,11 +1,11 @@
 //! The standard error of a mean that tests its prediction.
 //!
 //! [`Estimate::of_runs`] counts correlations of blocks, of either sign. From 30 to 63 independent
-//! blocks it is sometimes much too small by chance, because it takes them for blocks that cancel one
-//! another: chance then exceeds four such errors once in 400 means, and not once in 2500 (Student's
-//! t). A test therefore has at least the error of independent blocks, which chance exceeds as rarely
-//! as Student's t. The error of blocks that do cancel is then too large: the test finds less, and
-//! raises no false alarm.
+//! blocks it is sometimes much too small by chance, because it takes them for blocks that cancel
+//! one another: chance then exceeds four such errors once in 400 means, and not once in 2500
+//! (Student's t). A test therefore has at least the error of independent blocks, which chance
+//! exceeds as rarely as Student's t. The error of blocks that do cancel is then too large: the test
+//! finds less, and raises no false alarm.
 
 use carom_tables::{Estimate, Figure};
 

@@ -16,8 +16,8 @@ use clap::Args;
 use super::{before_placement, parent::Parent, stop};
 use crate::schedule::stages;
 use crate::{
-    faults::{Faults, refuse_all},
     foreign_frames::extended_xyz,
+    invalid_entries::{InvalidEntries, refuse_all},
     measures,
     overrides::Override,
     units::units,
@@ -315,7 +315,7 @@ fn with_unknown_keys(first: SceneError, text: &str) -> SceneError {
     }
     match faults.len() {
         0 | 1 => first,
-        _ => SceneError::Syntax(Faults::new(faults).to_string()),
+        _ => SceneError::Syntax(InvalidEntries::new(faults).to_string()),
     }
 }
 

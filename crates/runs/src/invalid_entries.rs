@@ -10,16 +10,16 @@ const MAX_NAMED: usize = 8;
 
 /// Two faults or more.
 #[derive(Debug, thiserror::Error)]
-pub struct Faults(Vec<String>);
+pub struct InvalidEntries(Vec<String>);
 
-impl Faults {
-    /// Faults in these words.
+impl InvalidEntries {
+    /// InvalidEntries in these words.
     pub fn new(words: Vec<String>) -> Self {
         Self(words)
     }
 }
 
-impl fmt::Display for Faults {
+impl fmt::Display for InvalidEntries {
     /// A line for each fault.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self(faults) = self;
@@ -46,8 +46,8 @@ pub fn refuse_all(faults: impl IntoIterator<Item = Error>) -> Result<()> {
     }
     let mut all: Vec<String> = Vec::new();
     for fault in &faults {
-        let words = match fault.downcast_ref::<Faults>() {
-            Some(Faults(words)) => words.clone(),
+        let words = match fault.downcast_ref::<InvalidEntries>() {
+            Some(InvalidEntries(words)) => words.clone(),
             None => vec![format!("{fault:#}")],
         };
         for words in words {
@@ -59,7 +59,7 @@ pub fn refuse_all(faults: impl IntoIterator<Item = Error>) -> Result<()> {
     match all.len() {
         0 => Ok(()),
         1 => faults.pop().map_or(Ok(()), Err),
-        _ => Err(Faults(all).into()),
+        _ => Err(InvalidEntries(all).into()),
     }
 }
 
