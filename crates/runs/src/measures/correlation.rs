@@ -31,7 +31,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
         "diffusion coefficient at long lags, … to …",
         "apparent diffusion coefficient at long lags, … to …, no plateau",
         "diffusion coefficient from velocities, up to lag …",
-        "diffusion coefficient, from lags … to …",
+        "apparent diffusion coefficient, from lags … to …",
     ],
     start: |selection| {
         let (interval, longest) = (selection.interval(), selection.longest_lag());
@@ -108,7 +108,7 @@ fn coefficients(lags: &[f64], context: &Context<'_>) -> Vec<Coefficient> {
     let of_theory = context.gas().map(|gas| {
         let between = BETWEEN.map(|times| times / gas.collision_rate());
         let reading = (Reading::SlopeBetween(between), 0.25);
-        of("diffusion coefficient", reading, 0)
+        of("apparent diffusion coefficient", reading, 0)
     });
     let plateau = (Reading::Plateau { memory: velocities }, 0.25);
     let integral = (Reading::Integral, 0.5);

@@ -89,7 +89,7 @@ fn refuse_unknown_figure(scene: &Scene) -> Result<()> {
                 .figures
                 .iter()
                 // It takes the theory of the gas, which is not asked while a run goes on.
-                .filter(|begin| !begin.starts_with("diffusion coefficient, from lags"))
+                .filter(|begin| !begin.starts_with("apparent diffusion coefficient, from lags"))
                 .map(|begin| ((*begin).to_owned(), format!("{begin}{end}"))),
         );
     }

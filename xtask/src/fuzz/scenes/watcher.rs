@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use carom::engine::{BodyKey, CollisionReport, Observer, View};
+use carom::engine::{BodyKey, CollisionReport, Observer, PistonSpec, View};
 use carom_kinematics::{EpochTime, Motion};
 
 use super::{
@@ -141,15 +141,13 @@ impl Watcher {
         };
         // Walls are in the order of the scene, and pistons follow them.
         let walls = || view.bodies().filter(|body| body.body.is_wall());
-        let pistons = walls().skip(case.scene.wall.len());
-        watcher.pistons = pistons
-            .zip(&case.scene.piston)
-            .map(|(body, spec)| {
-                let key = body.body.key();
-                let stops = view.piston(key).map_or([0.0; 2], |(_, stops)| stops);
-                (key, TrackedPiston::new(spec, stops))
-            })
-            .collect();
+        for (body, spec) in walls().skip(case.scene.wall.len()).zip(&case.scene.piston) {
+            let key = body.body.key();
+            let stops = view.piston(key).map_or([0.0; 2], |(_, stops)| stops);
+            watcher.check_start_of_piston(&body.motion, spec);
+            let tracked = TrackedPiston::new(spec, stops);
+            watcher.pistons.insert(key, tracked);
+        }
         let given = walls().zip(&case.scene.wall).filter_map(|(body, spec)| {
             let motion = GivenMotion {
                 motion: spec.motion.as_ref()?,
@@ -163,6 +161,20 @@ impl Watcher {
         watcher.take_bonds(view, &case.scene);
         watcher.start_watching(view, &given.collect());
         watcher
+    }
+
+    /// Checks that a piston begins with the velocity that it is given.
+    fn check_start_of_piston(&mut self, motion: &Motion, spec: &PistonSpec) {
+        let axis = usize::from(spec.x.is_none());
+        let mut expected = [0.0; 2];
+        expected[axis] = spec.velocity;
+        let found = motion.velocity.to_array();
+        if found != expected {
+            self.report.fail(
+                "velocity",
+                format!("a piston begins with the velocity {found:?}, not {expected:?}"),
+            );
+        }
     }
 
     /// Updates the state after each edit: the next may take out the energy that this has put in. An
