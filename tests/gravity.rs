@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use carom_detection::{Exact, FixedStep};
+use carom_detection::FixedStep;
 use carom_engine::{
     CellScheduler, CellsPerSide, CollisionReport, HeapScheduler, Instructions, Observer, Scene,
     Simulation,
@@ -11,6 +11,8 @@ use carom_geometry::{Molecule, gap_between};
 use carom_kinematics::{EpochTime, Motion};
 use carom_response::Impact;
 use glam::DVec2;
+
+use crate::support::simulate;
 
 fn scene(text: &str) -> Scene {
     Scene::from_toml(text).unwrap()
@@ -218,20 +220,8 @@ fn no_contact_of_a_falling_gas_is_missed() {
 fn cells_and_the_heap_agree_on_a_falling_gas() {
     for gas in GASES {
         let scene = scene(&format!("{WALLS}{gas}"));
-        let mut cells = Simulation::<Exact, Impact, CellScheduler>::with(
-            &scene,
-            Exact::default(),
-            Impact,
-            Instructions::Widest,
-        )
-        .unwrap();
-        let mut heap = Simulation::<Exact, Impact, HeapScheduler>::with(
-            &scene,
-            Exact::default(),
-            Impact,
-            CellsPerSide::Automatic,
-        )
-        .unwrap();
+        let mut cells = simulate::<CellScheduler>(&scene, &Instructions::Widest);
+        let mut heap = simulate::<HeapScheduler>(&scene, &CellsPerSide::Automatic);
         let until = if gas.contains("500") { 0.04 } else { 0.1 };
         cells.run_until(until).unwrap();
         heap.run_until(until).unwrap();
@@ -452,13 +442,7 @@ fn a_weak_gravity_lists_fixed_bodies_where_they_are() {
         );
         let scene = scene(&text);
         let mut cells = Simulation::new(&scene).unwrap();
-        let mut heap = Simulation::<Exact, Impact, HeapScheduler>::with(
-            &scene,
-            Exact::default(),
-            Impact,
-            CellsPerSide::Automatic,
-        )
-        .unwrap();
+        let mut heap = simulate::<HeapScheduler>(&scene, &CellsPerSide::Automatic);
         cells.run_until(0.2).unwrap();
         heap.run_until(0.2).unwrap();
         let counts = [cells.view().counters(), heap.view().counters()]

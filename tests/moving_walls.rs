@@ -1,6 +1,5 @@
 //! Walls that move: pistons, shakers and boxes that fly with their contents.
 
-use carom_detection::Exact;
 use carom_engine::{
     CellScheduler, CellsPerSide, HeapScheduler, Instructions, Observer, RunError, Scene,
     Simulation, WallMotionSpec,
@@ -9,6 +8,8 @@ use carom_kinematics::{EpochTime, Motion};
 use carom_observers::{Group, WallHeat, WallPressure, WallWork};
 use carom_response::Impact;
 use glam::DVec2;
+
+use crate::support::simulate;
 
 fn scene(text: &str) -> Scene {
     Scene::from_toml(text).unwrap()
@@ -107,13 +108,7 @@ fn a_ball_that_touches_a_receding_wall_is_reflected_when_the_wall_stops() {
         velocity = [0.5, 0.0]";
     let scene = scene(text);
     let mut cells = Simulation::new(&scene).unwrap();
-    let mut heap = Simulation::<Exact, Impact, HeapScheduler>::with(
-        &scene,
-        Exact::default(),
-        Impact,
-        CellsPerSide::Automatic,
-    )
-    .unwrap();
+    let mut heap = simulate::<HeapScheduler>(&scene, &CellsPerSide::Automatic);
     let mut at = |time: f64| -> [(u64, Motion); 2] {
         cells.run_until(time).unwrap();
         heap.run_until(time).unwrap();
@@ -397,20 +392,8 @@ fn the_ledger_balances_and_no_body_passes_a_piston() {
 fn cells_and_the_heap_agree_on_a_piston() {
     for gas in GASES {
         let scene = scene(&format!("{PISTON}{gas}"));
-        let mut cells = Simulation::<Exact, Impact, CellScheduler>::with(
-            &scene,
-            Exact::default(),
-            Impact,
-            Instructions::Widest,
-        )
-        .unwrap();
-        let mut heap = Simulation::<Exact, Impact, HeapScheduler>::with(
-            &scene,
-            Exact::default(),
-            Impact,
-            CellsPerSide::Automatic,
-        )
-        .unwrap();
+        let mut cells = simulate::<CellScheduler>(&scene, &Instructions::Widest);
+        let mut heap = simulate::<HeapScheduler>(&scene, &CellsPerSide::Automatic);
         // Chaos multiplies the roundings, in which the two differ, by ten in a few contacts a body.
         let until = if gas.contains("500") { 0.04 } else { 0.15 };
         cells.run_until(until).unwrap();
@@ -722,14 +705,7 @@ fn cells_and_the_heap_agree_on_paddles_and_a_resumed_run_on_its_bits() {
     for gas in STIRRED {
         let scene = scene(&format!("{PADDLES}{gas}"));
         let mut cells = Simulation::new(&scene).unwrap();
-        let options = CellsPerSide::Automatic;
-        let mut heap = Simulation::<Exact, Impact, HeapScheduler>::with(
-            &scene,
-            Exact::default(),
-            Impact,
-            options,
-        )
-        .unwrap();
+        let mut heap = simulate::<HeapScheduler>(&scene, &CellsPerSide::Automatic);
         cells.run_until(0.06).unwrap();
         heap.run_until(0.06).unwrap();
         assert!(cells.view().counters().fixed_collisions > 3);

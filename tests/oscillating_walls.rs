@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use carom_detection::{Exact, GoldenSecant};
+use carom_detection::GoldenSecant;
 use carom_engine::{
     CellScheduler, CellsPerSide, HeapScheduler, Instructions, RunError, Scene, Simulation,
     WallMotionSpec,
@@ -11,6 +11,8 @@ use carom_kinematics::{EpochTime, Motion};
 use carom_observers::WallWork;
 use carom_response::Impact;
 use carom_testkit::oracle::{DoubleDouble, Number as _};
+
+use crate::support::simulate;
 
 fn scene(text: &str) -> Scene {
     Scene::from_toml(text).unwrap()
@@ -379,20 +381,8 @@ fn no_contact_with_a_shaker_is_missed() {
 fn cells_and_the_heap_agree_on_a_shaker() {
     for gas in GASES {
         let scene = scene(&format!("{SHAKER}{gas}"));
-        let mut cells = Simulation::<Exact, Impact, CellScheduler>::with(
-            &scene,
-            Exact::default(),
-            Impact,
-            Instructions::Widest,
-        )
-        .unwrap();
-        let mut heap = Simulation::<Exact, Impact, HeapScheduler>::with(
-            &scene,
-            Exact::default(),
-            Impact,
-            CellsPerSide::Automatic,
-        )
-        .unwrap();
+        let mut cells = simulate::<CellScheduler>(&scene, &Instructions::Widest);
+        let mut heap = simulate::<HeapScheduler>(&scene, &CellsPerSide::Automatic);
         let until = if gas.contains("500") { 0.04 } else { 0.2 };
         cells.run_until(until).unwrap();
         heap.run_until(until).unwrap();

@@ -6,6 +6,8 @@ use carom_engine::{
 };
 use carom_response::Impact;
 
+use crate::support::simulate;
+
 pub fn scene(text: &str) -> Scene {
     Scene::from_toml(text).unwrap()
 }
@@ -19,11 +21,6 @@ pub fn piston<S: carom_engine::scheduler::Scheduler>(
     [piston.motion.position.x, piston.motion.velocity.x]
 }
 
-/// A simulation whose events are ordered by a heap.
-pub fn on_heap(scene: &Scene) -> Simulation<Exact, Impact, HeapScheduler> {
-    Simulation::with(scene, Exact::default(), Impact, CellsPerSide::Automatic).unwrap()
-}
-
 /// Two balls on both sides of a piston between two walls: a system of three bodies on a line, whose
 /// events follow from their places and velocities alone.
 #[test]
@@ -32,14 +29,8 @@ fn two_balls_beside_a_piston_follow_the_collisions_on_a_line() {
         [[molecule]]\nshape = \"disc\"\natom_radius = 0.0625\natom_mass = 2.0\nat = [0.25, 0.5]\nvelocity = [1.0, 0.0]\n\
         [[molecule]]\nshape = \"disc\"\natom_radius = 0.125\natom_mass = 3.0\nat = [0.75, 0.25]\nvelocity = [-0.5, 0.0]";
     let scene = scene(text);
-    let mut cells = Simulation::<Exact, Impact, CellScheduler>::with(
-        &scene,
-        Exact::default(),
-        Impact,
-        Instructions::Widest,
-    )
-    .unwrap();
-    let mut heap = on_heap(&scene);
+    let mut cells = simulate::<CellScheduler>(&scene, &Instructions::Widest);
+    let mut heap = simulate::<HeapScheduler>(&scene, &CellsPerSide::Automatic);
     let masses = [2.0, 7.0, 3.0];
     let (mut places, mut velocities) = ([0.25_f64, 0.5, 0.75], [1.0_f64, 0.25, -0.5]);
     let mut time = 0.0;
@@ -164,7 +155,7 @@ fn both_schedulers_find_the_contact_of_a_molecule_over_the_border() {
         orientation_turns = 0.1875\nvelocity = [-1.0, 0.0]\nrotation = \"locked\"",
     );
     let mut cells = Simulation::new(&scene).unwrap();
-    let mut heap = on_heap(&scene);
+    let mut heap = simulate::<HeapScheduler>(&scene, &CellsPerSide::Automatic);
     cells.run_until(0.5).unwrap();
     heap.run_until(0.5).unwrap();
     assert_eq!(cells.view().counters().collisions, 1);
@@ -183,7 +174,7 @@ fn both_schedulers_find_the_contact_of_a_disc_that_falls_over_the_border() {
         velocity = [-1.0, 0.0]",
     );
     let mut cells = Simulation::new(&scene).unwrap();
-    let mut heap = on_heap(&scene);
+    let mut heap = simulate::<HeapScheduler>(&scene, &CellsPerSide::Automatic);
     cells.run_until(0.25).unwrap();
     heap.run_until(0.25).unwrap();
     assert_eq!(cells.view().counters().collisions, 1);
@@ -252,7 +243,10 @@ fn gases_beside_a_piston_conserve_their_energy_and_do_not_overlap() {
 fn both_schedulers_find_the_same_contacts_beside_a_piston() {
     for text in [TWO_GASES.to_owned(), on_spring()] {
         let scene = scene(&text);
-        let (mut cells, mut heap) = (Simulation::new(&scene).unwrap(), on_heap(&scene));
+        let (mut cells, mut heap) = (
+            Simulation::new(&scene).unwrap(),
+            simulate::<HeapScheduler>(&scene, &CellsPerSide::Automatic),
+        );
         for contact in 0..300 {
             assert!(cells.step(10.0, &mut ()).unwrap() && heap.step(10.0, &mut ()).unwrap());
             let [one, other] = [cells.time().to_f64(), heap.time().to_f64()];

@@ -2,9 +2,12 @@
 
 use std::f64::consts::PI;
 
-use carom_engine::Simulation;
+use carom_engine::{CellsPerSide, HeapScheduler, Simulation};
 
-use crate::pistons::{on_heap, on_spring, piston, scene};
+use crate::{
+    pistons::{on_spring, piston, scene},
+    support::simulate,
+};
 
 /// Without contacts: from rest at 0.5 about 0.3, for which force, gravity or the spring alone give
 /// the place of balance, undisturbed or reflected by a stop at 0.2, which it meets after a third of
@@ -59,7 +62,10 @@ fn a_ball_beside_a_piston_on_a_spring_follows_the_line() {
                 velocity = 0.25\nstops = [0.2, 0.9]\n\
                 [[molecule]]\nshape = \"disc\"\natom_radius = 0.0625\natom_mass = 2.0\nat = [0.25, 0.5]\nvelocity = [1.0, 0.0]";
     let scene = scene(text);
-    let (mut cells, mut heap) = (Simulation::new(&scene).unwrap(), on_heap(&scene));
+    let (mut cells, mut heap) = (
+        Simulation::new(&scene).unwrap(),
+        simulate::<HeapScheduler>(&scene, &CellsPerSide::Automatic),
+    );
     let frequency = f64::sqrt(10.0);
     // Time of the last contact; place and velocity of the ball and of the piston then.
     let (mut start, mut ball, mut wall) = (0.0, [0.25, 1.0], [0.5, 0.25]);

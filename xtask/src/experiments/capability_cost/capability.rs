@@ -188,11 +188,13 @@ impl Capability {
             (Self::TransparentPairs, CapabilityLevel::Used) => {
                 "discs of two tags, which do not see each other"
             }
-            (Self::Bonds, CapabilityLevel::Idle) => "two discs tied to each other, out of 4000",
+            (Self::Bonds, CapabilityLevel::Idle) => "two discs tied to each other",
             (Self::Bonds, CapabilityLevel::Used) => "all discs in chains of 16",
             (Self::Wells, CapabilityLevel::Idle) => "one disc with a well of 1.5 diameters",
             (Self::Wells, CapabilityLevel::Used) => "all discs with wells of 1.5 diameters",
-            (Self::Reactions, CapabilityLevel::Idle) => "a reaction for a tag that no disc carries",
+            (Self::Reactions, CapabilityLevel::Idle) => {
+                "discs of two tags with a reaction that no contact has the energy for"
+            }
             (Self::Reactions, CapabilityLevel::Used) => {
                 "discs of two tags, which they exchange at contacts"
             }
@@ -204,21 +206,15 @@ impl Capability {
                 "one wall of a disc's length that moves slowly"
             }
             (Self::MovingWalls, CapabilityLevel::Used) => "a wall across the box that oscillates",
-            (Self::Pistons, CapabilityLevel::Idle) => "a piston between two walls, without discs",
+            (Self::Pistons, CapabilityLevel::Idle) => "a piston of mass 1e9, beside a wall",
             (Self::Pistons, CapabilityLevel::Used) => "a piston of mass 100, beside a wall",
-            (Self::Gravity, CapabilityLevel::Idle) => "gravity of 0, on a floor",
+            (Self::Gravity, CapabilityLevel::Idle) => "gravity of 1e-9, on a floor",
             (Self::Gravity, CapabilityLevel::Used) => "gravity of 1, on a floor",
-            (Self::Drag, CapabilityLevel::Idle) => "a drag of 0",
+            (Self::Drag, CapabilityLevel::Idle) => "a drag of 1e-9",
             (Self::Drag, CapabilityLevel::Used) => "a drag of 1",
-            (Self::Shear, CapabilityLevel::Idle) => "a shear rate of 0",
+            (Self::Shear, CapabilityLevel::Idle) => "a shear rate of 1e-9",
             (Self::Shear, CapabilityLevel::Used) => "a shear rate of 1",
         }
-    }
-
-    /// Whether a rule for a few bodies costs all of them: pairs are then searched, or contacts
-    /// resolved, one by one.
-    pub fn costs_all(self) -> bool {
-        matches!(self, Self::Wells | Self::Reactions)
     }
 
     /// Sources that only this capability needs. Some have none, such as bumpers, which are discs of

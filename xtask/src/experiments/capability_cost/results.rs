@@ -9,10 +9,9 @@ use super::{
 };
 
 /// The most that a capability may cost where it is absent, and where it is idle (share of the
-/// instructions). The most expensive ones are two discs that are tied, since all discs then go
-/// through the search of partners, and what looks at all bodies at each sample.
+/// instructions).
 const ABSENT: f64 = 0.02;
-const IDLE: f64 = 0.15;
+const IDLE: f64 = 0.05;
 
 /// Results for one variant.
 #[derive(Debug, Clone)]
@@ -72,8 +71,7 @@ impl CostResults {
                     ABSENT,
                 ));
             }
-            let idle = Variant::With(capability, CapabilityLevel::Idle);
-            if let Some(excess) = self.excess(idle).filter(|_| !capability.costs_all()) {
+            if let Some(excess) = self.excess(Variant::With(capability, CapabilityLevel::Idle)) {
                 checks.push(Check::at_most(
                     &format!("{} idle", capability.name()),
                     excess,

@@ -468,17 +468,16 @@ fn beside_the_gas(capability: Capability, used: bool) -> Scene {
         (Capability::Pistons, true) => {
             "[[wall]]\nx = 0.0\n[[piston]]\nx = 0.5\nmass = 100.0".to_owned()
         }
-        (Capability::Pistons, false) => format!(
-            "[[wall]]\nx = 0.0\n[[wall]]\nx = {radius:?}\n[[piston]]\nx = {:?}\nmass = 1.0",
-            0.5 * radius
-        ),
+        (Capability::Pistons, false) => {
+            "[[wall]]\nx = 0.0\n[[piston]]\nx = 0.5\nmass = 1e9".to_owned()
+        }
         (Capability::Gravity, _) => {
-            let acceleration = if used { 1.0 } else { 0.0 };
+            let acceleration = if used { 1.0 } else { 1e-9 };
             format!("[gravity]\nacceleration = [0.0, -{acceleration:?}]\n[[wall]]\ny = 0.0")
         }
-        (Capability::Drag, _) => format!("[box]\ndrag = {:?}", if used { 1.0 } else { 0.0 }),
+        (Capability::Drag, _) => format!("[box]\ndrag = {:?}", if used { 1.0 } else { 1e-9 }),
         (Capability::Shear, _) => {
-            format!("[box]\nshear_rate = {:?}", if used { 1.0 } else { 0.0 })
+            format!("[box]\nshear_rate = {:?}", if used { 1.0 } else { 1e-9 })
         }
         _ => String::new(),
     };
