@@ -36,6 +36,8 @@ pub struct BodyList {
     pub bytes: Arc<Vec<u8>>,
     /// Whether a shape has an orientation.
     pub turns: bool,
+    /// Ends of each wall when the list was made (length).
+    pub walls: Vec<[DVec2; 2]>,
     /// Bounding radius of the largest body (length).
     pub reach: f64,
 }
@@ -53,7 +55,7 @@ struct Head<'a> {
     outlines: BTreeMap<u16, ShapeOutline>,
     kinds: Vec<KindOfBody>,
     /// Ends, and half the thickness (length), of each wall when the list was made; its number, and
-    /// whether it is heated. Where walls move, frames have their ends.
+    /// whether it is heated. Once a wall has moved, frames have their ends.
     walls: Vec<([f64; 5], u64, bool)>,
     /// Bonds: two bodies by their places in the list, and the tied points of each in its frame
     /// (length).
@@ -110,11 +112,17 @@ impl BodyList {
             let place = listed.ids.binary_search(&(name as u32));
             place.ok().map(|place| place as u32)
         });
+        let walls = head
+            .walls
+            .iter()
+            .map(|([x1, y1, x2, y2, _], ..)| [DVec2::new(*x1, *y1), DVec2::new(*x2, *y2)]);
+        let walls = walls.collect();
         let turns = head.shapes.iter().any(|circles| circles.len() > 1);
         Self {
             version,
             bytes: Arc::new(listed.message(version, &head)),
             turns,
+            walls,
             reach,
         }
     }

@@ -12,7 +12,7 @@
 //! | 36 to 39 | `u32` number n of bodies |
 //! | 40 to 43 | `u32` flags: 1 indices, 2 orientations, 4 values, 8 walls |
 //! | 44 to 47 | `u32` number k of contacts of the chosen body, the last first |
-//! | from 48 | `u32` n indices in that list, if some bodies are left out; `f32` n places x, then y, relative to the middle (length); `f32` n orientations (radians); `f32` n values; then k times 5 `f32`: age, place relative to the present one, and impulse; then, if a wall moves, for each wall of the list 4 `f32`: its ends relative to the middle (length) |
+//! | from 48 | `u32` n indices in that list, if some bodies are left out; `f32` n places x, then y, relative to the middle (length); `f32` n orientations (radians); `f32` n values; then k times 5 `f32`: age, place relative to the present one, and impulse; then, if a wall is not where the list has it, for each wall of the list 4 `f32`: its ends relative to the middle (length) |
 //!
 //! Places are those of the nearest image to the middle of the window, so that a page resolves its
 //! pixels at any magnification.
@@ -59,14 +59,18 @@ pub fn encode(
         angles,
         values,
     } = ShownBodies::new(view, body_list, window, centre);
-    let moves = view
-        .bodies()
-        .any(|body| body.body.is_wall() && !body.motion.is_at_rest());
-    let moves = moves || view.bodies().any(|body| body.body.is_piston());
+    let walls: Vec<[DVec2; 2]> = if body_list.walls.is_empty() {
+        Vec::new()
+    } else {
+        view.bodies()
+            .flat_map(|body| body.wall_segments())
+            .collect()
+    };
+    let has_moved = walls != body_list.walls;
     let flags = u32::from(!is_whole)
         + 2 * u32::from(body_list.turns)
         + 4 * u32::from(window.colour != BodyColour::Kind)
-        + 8 * u32::from(moves);
+        + 8 * u32::from(has_moved);
     let mut bytes = Vec::with_capacity(HEAD + 4 * (5 * xs.len() + 5 * kicks.len()));
     bytes.extend(1_u32.to_le_bytes());
     bytes.extend(body_list.version.to_le_bytes());
@@ -89,18 +93,10 @@ pub fn encode(
         let row = [*age, place.x, place.y, impulse.x, impulse.y];
         bytes.extend(row.iter().flat_map(|number| (*number as f32).to_le_bytes()));
     }
-    if moves {
-        let segments = view.bodies().flat_map(|body| {
-            let segments = body.wall_segments();
-            segments.collect::<Vec<_>>()
-        });
-        for end in segments.flatten() {
-            let away = (end - centre).to_array();
-            bytes.extend(
-                away.iter()
-                    .flat_map(|number| (*number as f32).to_le_bytes()),
-            );
-        }
+    if has_moved {
+        let ends = walls.into_iter().flatten();
+        let ends = ends.flat_map(|end| (end - centre).to_array());
+        bytes.extend(ends.flat_map(|number| (number as f32).to_le_bytes()));
     }
     bytes
 }
@@ -219,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_has_the_walls_where_they_are_once_one_moves() {
+    fn a_frame_has_the_walls_where_they_are_once_one_has_moved() {
         let scene = Scene::from_toml(
             "[[wall]]\nx = 0.0\n[[piston]]\nx = 0.5\nmass = 1.0\nvelocity = 0.25\n\
              stops = [0.25, 0.75]\n",
