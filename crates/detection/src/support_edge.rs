@@ -328,8 +328,10 @@ impl<P: Support> GapFunction for SupportEdgePair<'_, P> {
         let apart = (self.spins[0] - self.spins[1]).abs();
         let size = self.part.reach() + self.part.max_bend();
         let way = 2.0 * duration * (self.error.speed() + apart * size);
-        let room = || pose.facing.beyond + self.error.at(pose.at.time) + way;
-        self.edge.is_line() || pose.facing.is_beside && room() <= 0.0
+        let EdgeTangents {
+            is_beside, beyond, ..
+        } = pose.facing;
+        self.edge.is_line() || (is_beside && beyond + self.error.at(pose.at.time) + way <= 0.0)
     }
 
     /// Always `time`: the window of the search already covers all times within reach.

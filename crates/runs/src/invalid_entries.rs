@@ -8,12 +8,12 @@ use anyhow::{Error, Result};
 /// Most faults that a message names. Larger: the first ones leave the screen.
 const MAX_NAMED: usize = 8;
 
-/// Two faults or more.
+/// The words of two faults or more.
 #[derive(Debug, thiserror::Error)]
 pub struct InvalidEntries(Vec<String>);
 
 impl InvalidEntries {
-    /// InvalidEntries in these words.
+    /// Faults in these words.
     pub fn new(words: Vec<String>) -> Self {
         Self(words)
     }
@@ -41,9 +41,6 @@ impl fmt::Display for InvalidEntries {
 /// There is an error.
 pub fn refuse_all(faults: impl IntoIterator<Item = Error>) -> Result<()> {
     let mut faults: Vec<Error> = faults.into_iter().collect();
-    if faults.len() == 1 {
-        return faults.pop().map_or(Ok(()), Err);
-    }
     let mut all: Vec<String> = Vec::new();
     for fault in &faults {
         let words = match fault.downcast_ref::<InvalidEntries>() {
@@ -56,11 +53,10 @@ pub fn refuse_all(faults: impl IntoIterator<Item = Error>) -> Result<()> {
             }
         }
     }
-    match all.len() {
-        0 => Ok(()),
-        1 => faults.pop().map_or(Ok(()), Err),
-        _ => Err(InvalidEntries(all).into()),
+    if all.len() > 1 {
+        return Err(InvalidEntries(all).into());
     }
+    faults.pop().map_or(Ok(()), Err)
 }
 
 #[cfg(test)]

@@ -204,8 +204,7 @@ impl Body {
     pub(crate) fn axis_across(&self) -> Option<usize> {
         let molecule = self.molecule();
         let edge = molecule.wall_edge()?;
-        let is_across = molecule.atoms().is_empty() && edge.bend().is_none();
-        is_across.then(|| usize::from(edge.along().x != 0.0))
+        edge.is_line().then(|| usize::from(edge.along().x != 0.0))
     }
 
     /// Whether this is a molecule that moves: neither fixed nor a piston.

@@ -286,7 +286,7 @@ pub(crate) fn contact_frame(
     let place = ((motions[1 - edged].position - motions[edged].position) + shift) + arm;
     let rotation = motions[edged].orientation.cos_sin();
     // Of a wall across the box an end is where its next image begins.
-    let rounding = if body(edged).axis_across().is_some() {
+    let rounding = if edge.is_line() {
         f64::INFINITY
     } else {
         rounding_bound(world.bounds.sides(), body(1 - edged).reach())

@@ -249,11 +249,9 @@ fn faults_of_times(run: &RunSpec, intervals: [(&str, Option<f64>); 3]) -> Vec<Er
         )];
     }
     let mut faults = Vec::new();
-    let is_too_short = |interval: f64| interval > 0.0 && run.until / interval > MAX_SAMPLES;
+    let is_too_short = |&interval: &f64| interval > 0.0 && run.until / interval > MAX_SAMPLES;
     for (entry, interval) in intervals {
-        let is_default = interval.is_none();
-        let interval = interval.unwrap_or(run.sample_interval);
-        if is_too_short(interval) && !is_default {
+        if let Some(interval) = interval.filter(is_too_short) {
             faults.push(anyhow!(
                 "{entry} = {interval} gives more than {MAX_SAMPLES:e} samples until {}",
                 run.until
