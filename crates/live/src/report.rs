@@ -142,7 +142,7 @@ impl StateWatch {
             "crossing": totals.crossing,
             "temperature": view.temperature(),
             "drift": self.drift,
-            "allowed_drift": carom_tables::allowed_drift(collisions),
+            "allowed_drift": carom_tables::allowed_drift(collisions, Some(totals.moving as u64)),
             "overlaps": self.overlapping_pairs,
             "deepest": self.deepest,
             "elasticity": run.elasticity().default,

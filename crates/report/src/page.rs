@@ -734,7 +734,7 @@ mod tests {
     #[test]
     fn a_failed_check_is_named_in_words() {
         let checks = [
-            Check::at_most("energy_drift", 0.0, allowed_drift(0)),
+            Check::at_most("energy_drift", 0.0, allowed_drift(0, None)),
             Check::at_most("overlapping_pairs", 2.0, 0.0),
         ];
         assert_eq!(checks_in_words(&checks[..1]), "The check passed.");

@@ -1,7 +1,7 @@
 //! Totals of a run in memory: its contacts, the drift of its energy, and its overlaps.
 
 use carom::{EnergyLedger, Observer as _, OverlapCheck, View};
-use carom_tables::Totals;
+use carom_tables::{Totals, allowed_drift};
 
 /// Energy and overlaps at the samples of one run.
 #[derive(Debug, Clone, Default)]
@@ -32,8 +32,16 @@ impl RunTotals {
             simulated_time: view.time().to_f64(),
             collisions_per_second: collisions as f64 / seconds.max(1e-9),
             energy_drift: self.energy.drift(),
+            allowed_drift: allowed_drift_now(view),
             overlapping_pairs: self.overlaps.worst_pairs(),
             max_overlap: self.overlaps.deepest(),
         }
     }
+}
+
+/// Largest relative drift of the energy that rounding explains up to the present time, by the
+/// contacts so far and the bodies that move now ([`allowed_drift`]).
+pub fn allowed_drift_now(view: &View<'_>) -> f64 {
+    let moving = view.bodies().filter(|body| !body.body.is_fixed()).count();
+    allowed_drift(view.counters().collisions, Some(moving as u64))
 }

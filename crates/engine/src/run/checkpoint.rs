@@ -207,8 +207,8 @@ pub enum CheckpointError {
     WallTable(usize),
     /// A piston whose numbers are out of range, or of a body that is no wall across the box.
     #[error(
-        "piston {0} of the checkpoint must be a wall across the box, between its stops, with a mass, and move along its \
-         normal"
+        "piston {0} of the checkpoint must be a wall across the box, between its stops, with a mass, move along its \
+         normal, and have no stop in the future"
     )]
     Piston(usize),
     /// A bond whose numbers are out of range, or of a body that is not there.
@@ -513,6 +513,11 @@ impl Checkpoint {
             },
             heat: HeatByTag::default(),
             reactions: self.reactions.restarted(),
+            pistons: self
+                .pistons
+                .iter()
+                .map(|piston| piston.restarted(self.epoch))
+                .collect(),
             ..self
         })
     }
@@ -756,7 +761,9 @@ impl Checkpoint {
             };
             let is_free = world.oscillation(index).is_none() && body.wall_temperature().is_none();
             let side = world.bounds.sides()[axis];
-            if !(is_free && piston.is_of(&world.motions[index], axis, side)) {
+            let since = |stop| (0.0..f64::INFINITY).contains(&self.epoch.since(stop));
+            let is_past = piston.last_stop.is_none_or(since);
+            if !(is_free && is_past && piston.is_of(&world.motions[index], axis, side)) {
                 return Err(wrong);
             }
             world.free_piston(index, *piston);
@@ -911,6 +918,28 @@ mod tests {
             .checkpoint()
             .unwrap();
         assert!(Simulation::resume(&written).is_ok());
+    }
+
+    #[test]
+    fn the_last_stop_of_a_piston_is_saved_and_must_not_be_in_the_future() {
+        let scene = Scene::from_toml(
+            "[[piston]]\nx = 0.3\nmass = 2.0\nvelocity = 0.5\nstops = [0.2, 0.7]\nstop_elasticity = 0.5",
+        );
+        let mut simulation = Simulation::new(&scene.unwrap()).unwrap();
+        simulation.run_until(1.0).unwrap();
+        let saved = simulation.end_epoch_here();
+        let stop_of = |checkpoint: &Checkpoint| checkpoint.pistons[0].last_stop.unwrap();
+        assert!((stop_of(&saved).to_f64() - 0.8).abs() < 1e-15);
+        // On a clock that begins at 0 now.
+        let start = saved.clone().as_start(0, 0).unwrap();
+        assert!((stop_of(&start).to_f64() + 0.2).abs() < 1e-15);
+        assert!(Simulation::resume(&start).is_ok());
+        for (time, is_refused) in [(0.8, false), (1.0, false), (1.1, true), (f64::NAN, true)] {
+            let mut checkpoint = saved.clone();
+            checkpoint.pistons[0].last_stop = Some(EpochTime::from(time));
+            let resumed = Simulation::resume(&checkpoint);
+            assert_eq!(resumed.is_err(), is_refused, "{time}");
+        }
     }
 
     #[test]

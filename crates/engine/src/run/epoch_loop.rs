@@ -285,7 +285,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         Ok(resolved)
     }
 
-    /// Reflects a piston at one of its stops.
+    /// Reflects a piston at one of its stops, and books the energy lost.
     #[cold]
     #[inline(never)]
     fn stop_piston<Q: EventQueue>(&mut self, queue: &mut Q, stop: ContactEvent)
@@ -295,10 +295,9 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         let ContactEvent { time, bodies, .. } = stop;
         let piston = bodies[0];
         let before = self.world.motion_at(piston, &queue.motion(piston), time);
-        let after = Motion {
-            velocity: -before.velocity,
-            ..before
-        };
+        let contact_time = self.elasticity.guard.contact_time;
+        let (after, lost) = self.world.leave_stop(piston, &before, contact_time);
+        self.ledger.book_loss(lost, self.world.clock.slowing(time));
         let onwards = self.world.enter_own_frame(piston, &after);
         queue.motion_changed(self.world, self.detection, piston, onwards);
     }

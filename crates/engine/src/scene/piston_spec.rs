@@ -4,7 +4,7 @@
 use carom_geometry::{MAX_MAGNITUDE, MIN_MAGNITUDE};
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{is_zero, two_numbers::optional_vector};
+use crate::scene::{is_one, is_zero, two_numbers::optional_vector};
 
 /// A piston: a smooth wall across the box with a mass, which moves along its normal only. Contacts
 /// change its velocity, a constant force or a spring may act on it, and it is reflected by two
@@ -33,7 +33,7 @@ use crate::scene::{is_zero, two_numbers::optional_vector};
 /// assert_eq!(view.energy(), view.ledger().booked());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 #[doc(alias = "movable wall")]
@@ -75,13 +75,41 @@ pub struct PistonSpec {
     #[doc(alias = "rest length")]
     pub relaxed_at: Option<f64>,
     /// The least and the largest place of the piston (length), between 0 and the side of the box.
-    /// It is reflected there without loss. Default: where it would touch the nearest parallel walls
-    /// across the box.
+    /// It is reflected there, without loss unless `stop_elasticity` is below 1. Default: where it
+    /// would touch the nearest parallel walls across the box.
     #[serde(
         deserialize_with = "optional_vector",
         skip_serializing_if = "Option::is_none"
     )]
     pub stops: Option<[f64; 2]>,
+    /// Share of its speed that the piston keeps at a stop, from 0 to 1; the energy lost is in
+    /// [`Ledger::lost`](crate::Ledger::lost). At 0 it rests at the stop until a body pushes it
+    /// away. Below 1 a guard prevents stops without end, with `elasticity.contact_time` for c, or
+    /// its default if that is 0: a stop loses nothing if the piston moves by less than c of the way
+    /// between its stops in the time since the last one, and a piston that is pressed against a
+    /// stop keeps bouncing by c/4 of that way. Default: 1.
+    #[serde(skip_serializing_if = "is_one")]
+    #[cfg_attr(feature = "schema", schemars(range(min = 0.0, max = 1.0)))]
+    #[doc(alias = "coefficient of restitution")]
+    pub stop_elasticity: f64,
+}
+
+impl Default for PistonSpec {
+    fn default() -> Self {
+        Self {
+            tags: Vec::new(),
+            x: None,
+            y: None,
+            radius: 0.0,
+            mass: 0.0,
+            velocity: 0.0,
+            force: 0.0,
+            spring: 0.0,
+            relaxed_at: None,
+            stops: None,
+            stop_elasticity: 1.0,
+        }
+    }
 }
 
 /// The force on one or more pistons from the start of a stage on.

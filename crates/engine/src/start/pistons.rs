@@ -90,8 +90,11 @@ fn free_piston(
         stops,
         stiffness: spec.spring,
         relaxed_at: spec.relaxed_at.unwrap_or(place),
+        stop_elasticity: spec.stop_elasticity,
+        last_stop: None,
         swing: Drive::default(),
     };
+    check_stop_elasticity(entry, spec.stop_elasticity)?;
     check_spring(entry, spec)?;
     check_force(entry, spec.force, spec.mass)?;
     if !piston.is_valid(side) {
@@ -131,6 +134,15 @@ pub(crate) fn check_force(entry: &str, force: f64, mass: f64) -> Result<f64, Sce
              the force is {force:e}, and the mass {mass:e}"
         ),
     ))
+}
+
+/// Refuses an elasticity of the stops that is out of range.
+fn check_stop_elasticity(entry: &str, elasticity: f64) -> Result<(), SceneError> {
+    if (0.0..=1.0).contains(&elasticity) {
+        return Ok(());
+    }
+    let problem = format!("`stop_elasticity` must be from 0 to 1, but is {elasticity}");
+    Err(SceneError::of_entry(entry, problem))
 }
 
 /// Refuses a spring that pushes, or whose square of the angular frequency is out of range.
@@ -207,8 +219,10 @@ fn refuse_piston(world: &World, index: usize) -> Result<(), String> {
     }
     let motion = &world.motions[index];
     let (place, constant) = (motion.position[axis], world.acceleration(index)[axis]);
-    let of_spring = piston.stiffness / piston.mass * (piston.relaxed_at - place);
-    if piston.rests_on_stop(place, motion.velocity[axis], constant + of_spring) {
+    let acceleration = piston.acceleration_at(place, constant);
+    // The guard of stops that lose energy lets the piston leave.
+    let is_elastic = piston.stop_elasticity == 1.0;
+    if is_elastic && piston.rests_on_stop(place, motion.velocity[axis], acceleration) {
         return Err(
             "the piston is at rest on one of its stops and pressed against it: let it begin beside the stop, or with \
              a velocity"

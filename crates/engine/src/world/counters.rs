@@ -115,7 +115,7 @@ pub struct Ledger {
     /// Energy at the start.
     pub initial: f64,
     /// Energy lost in contacts, less energy added by contacts. Includes all contacts, at any
-    /// elasticity, for which `Response::conserves_energy` is false.
+    /// elasticity, for which `Response::conserves_energy` is false, and stops of pistons.
     pub lost: f64,
     /// Energy that the guard against inelastic collapse has saved: the energy after each guarded
     /// contact, less the energy after the same contact at the elasticity of the table. For

@@ -3,23 +3,44 @@
 //! Between two contacts a piston has a constant acceleration: that of its force, and the component
 //! of gravity along its normal. Its [`Motion`] is uniform in a frame that has this acceleration and
 //! coincides with the laboratory at the start of the epoch, as that of a free body is uniform in
-//! the falling frame ([`crate::world::drives`]). Stops reflect it, at a time in closed form.
+//! the falling frame ([`crate::world::drives`]). Stops reflect it, at a time in closed form, and
+//! may take a share of its energy.
 //!
 //! With a spring it oscillates about the place at which spring, force and gravity balance. Each
 //! change of its motion gives another oscillation; the own frame is what that deviates from uniform
 //! motion, continued back to the start of the epoch.
+//!
+//! # Guard of the stops
+//!
+//! With an elasticity e < 1 a piston that is pressed against a stop would reach it infinitely often
+//! in a finite time, as would one at e = 0 that a heavier body pushes. The guard against inelastic
+//! collapse ([`crate::contact::guard`]) has no size for a stop, so the way L = b − a between the
+//! stops takes the place of the diameter, and the time in which the piston moves by L is the
+//! natural time. With the contact time c in natural times:
+//!
+//! - a stop that follows the last one within c L/v, with the speed v, has elasticity 1;
+//! - with the acceleration g towards the stop, the piston leaves it with at least u = √(c L g/2).
+//!
+//! **Lemma.** Between two stops that lose energy at least c L/v passes, so that there are finitely
+//! many in a finite time, as v is bounded. A piston that leaves with u alone comes back after
+//! 2u/g = √(2 c L/g), with the speed u: it goes on bouncing by u²/2g = c L/4, by a finite number of
+//! stops, and none of them changes its energy. A slower one is raised to u, which the ledger has as
+//! a negative loss.
 
 use std::{f64::consts::TAU, sync::Arc};
 
 use carom_geometry::{MAX_MAGNITUDE, MIN_MAGNITUDE};
-use carom_kinematics::{Drive, Inertia, Motion, Orientation};
+use carom_kinematics::{Drive, EpochTime, Inertia, Motion, Orientation};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
-use crate::world::{
-    World,
-    body::{Body, BodyKey},
-    drives::SAME_PLACE,
+use crate::{
+    scene::elasticity_spec::ElasticitySpec,
+    world::{
+        World,
+        body::{Body, BodyKey},
+        drives::SAME_PLACE,
+    },
 };
 
 /// The properties of a piston beside those of its wall.
@@ -37,6 +58,10 @@ pub(crate) struct Piston {
     pub stiffness: f64,
     /// The place on its axis at which the spring is relaxed (length).
     pub relaxed_at: f64,
+    /// Share of its speed that it keeps at a stop, from 0 to 1.
+    pub stop_elasticity: f64,
+    /// The time of its last stop; `None` if stops lose no energy, or before the first one.
+    pub last_stop: Option<EpochTime>,
     /// With a spring, its oscillation from the start of the epoch on; that of its last change of
     /// motion. Set at the start of each epoch.
     #[serde(skip)]
@@ -52,6 +77,7 @@ impl Piston {
             && is_force(self.stiffness, self.mass)
             && self.stiffness >= 0.0
             && self.relaxed_at.abs() <= MAX_MAGNITUDE
+            && (0.0..=1.0).contains(&self.stop_elasticity)
             && 0.0 < low
             && low < high
             && high < side
@@ -68,6 +94,14 @@ impl Piston {
             && motion.velocity[1 - axis] == 0.0
     }
 
+    /// This piston for a clock that is at 0 at a time of the present one.
+    pub fn restarted(&self, zero: EpochTime) -> Self {
+        Self {
+            last_stop: self.last_stop.map(|stop| EpochTime::from(stop.since(zero))),
+            ..*self
+        }
+    }
+
     /// The angular frequency of a piston on its spring (radians per time); 0 without one.
     pub fn frequency(&self) -> f64 {
         (self.stiffness / self.mass).sqrt()
@@ -77,6 +111,40 @@ impl Piston {
     /// per time squared).
     pub fn balance(&self, acceleration: f64) -> f64 {
         self.relaxed_at + acceleration * self.mass / self.stiffness
+    }
+
+    /// The acceleration at a place on its axis, with this constant part of it (length, length per
+    /// time squared).
+    pub fn acceleration_at(&self, place: f64, constant: f64) -> f64 {
+        constant + self.stiffness / self.mass * (self.relaxed_at - place)
+    }
+
+    /// The velocity after a stop that is reached now with this place and velocity along its axis,
+    /// with the constant part of its acceleration and the contact time of the guard (length, length
+    /// per time, length per time squared, natural times); see the [module](self).
+    fn velocity_after_stop(
+        &self,
+        [place, velocity]: [f64; 2],
+        constant: f64,
+        contact_time: f64,
+        now: EpochTime,
+    ) -> f64 {
+        let [low, high] = self.stops;
+        let way = contact_time * (high - low);
+        let away = if place > 0.5 * (low + high) {
+            -1.0
+        } else {
+            1.0
+        };
+        let pressing = -away * self.acceleration_at(place, constant);
+        let speed = velocity.abs();
+        let follows = |last: EpochTime| now.since(last) * speed < way;
+        let kept = if self.last_stop.is_some_and(follows) {
+            speed
+        } else {
+            self.stop_elasticity * speed
+        };
+        away * kept.max((0.5 * way * pressing.max(0.0)).sqrt())
     }
 
     /// The largest magnitude of its acceleration between its stops, with this constant part of it
@@ -148,7 +216,8 @@ pub(crate) fn first_passage(distance: f64, velocity: f64, acceleration: f64) -> 
 /// θ now, has turned when it passes `distance` upwards (lengths, radians); infinite if it never
 /// does. It is 0 where that has already been passed and the velocity leads on.
 fn first_swing(distance: f64, [displacement, quadrature]: [f64; 2]) -> f64 {
-    if displacement >= distance && quadrature > 0.0 {
+    let leads_on = quadrature > 0.0 || (quadrature == 0.0 && displacement < 0.0);
+    if displacement >= distance && leads_on {
         return 0.0;
     }
     let amplitude = libm::hypot(displacement, quadrature);
@@ -304,6 +373,50 @@ impl World {
         now + piston.time_to_stop(here.position[axis], here.velocity[axis], acceleration)
     }
 
+    /// The motion with which a piston leaves a stop that it reaches with this motion in the
+    /// laboratory, and the energy lost (mass × length² / time²). `guard` is the contact time of the
+    /// guard (natural times); 0 stands for its default.
+    pub(crate) fn leave_stop(&mut self, body: u32, before: &Motion, guard: f64) -> (Motion, f64) {
+        let index = body as usize;
+        let (Some(&piston), Some(axis)) = (self.piston(index), self.bodies[index].axis_across())
+        else {
+            return (*before, 0.0);
+        };
+        if piston.stop_elasticity == 1.0 {
+            let velocity = -before.velocity;
+            return (
+                Motion {
+                    velocity,
+                    ..*before
+                },
+                0.0,
+            );
+        }
+        let contact_time = if guard > 0.0 {
+            guard
+        } else {
+            ElasticitySpec::default().contact_time
+        };
+        let now = self.time_at(before.time);
+        let state = [before.position[axis], before.velocity[axis]];
+        let constant = self.acceleration(index)[axis];
+        let velocity = piston.velocity_after_stop(state, constant, contact_time, now);
+        let last_stop = Some(now);
+        self.replace_piston(Piston {
+            last_stop,
+            ..piston
+        });
+        let lost = 0.5 * piston.mass * ((state[1] - velocity) * (state[1] + velocity));
+        let velocity = DVec2::AXES[axis] * velocity;
+        (
+            Motion {
+                velocity,
+                ..*before
+            },
+            lost,
+        )
+    }
+
     /// Makes a fixed wall across the box (index in the order of the bodies) a piston, which does
     /// not turn.
     pub(crate) fn free_piston(&mut self, wall: usize, piston: Piston) {
@@ -395,6 +508,9 @@ mod tests {
         // Pressed against a stop and carried beyond it by rounding, it meets it where it turns.
         assert!(first_swing(-0.5, [-0.5 + 1e-12, -1e-9]) < 1e-8);
         assert_eq!(first_swing(0.5, [0.3, -0.1]), f64::INFINITY);
+        // At rest on the stop: pressed against it by the spring, and pulled away.
+        assert_eq!(first_swing(-0.5, [-0.5, 0.0]), 0.0);
+        assert_eq!(first_swing(0.5, [0.5, 0.0]), f64::INFINITY);
     }
 
     #[test]

@@ -13,7 +13,10 @@ use super::{
     entry::{Entry, Head},
     request::requests,
 };
-use crate::record::{Record, RunRecord};
+use crate::{
+    record::{Record, RunRecord},
+    run_totals::allowed_drift_now,
+};
 
 /// A measure of a simulation that a program runs itself: the program calls [`Observer::sample`] at
 /// the times k · [`interval`](Self::interval), [`Observer::pause`] before each edit,
@@ -97,6 +100,7 @@ impl SingleMeasure {
         let totals = Totals {
             collisions: view.counters().collisions,
             simulated_time: view.time().to_f64(),
+            allowed_drift: allowed_drift_now(view),
             ..results.totals
         };
         let (note, figures) = (String::new(), Vec::new());

@@ -270,6 +270,7 @@ fn summary_of(value: &Value) -> Summary {
         smallest_difference: figure["smallest_difference"].as_f64(),
         stationarity: serde_json::from_value(figure["stationarity"].clone()).ok(),
         quantity: None,
+        blocks: None,
         is_test: figure["is_test"] == true,
     };
     let run = |run: &Value| OneRun {
@@ -285,6 +286,7 @@ fn summary_of(value: &Value) -> Summary {
             simulated_time: number(&value["simulated_time"]),
             collisions_per_second: number(&value["collisions_per_second"]),
             energy_drift: number(&value["energy_drift"]),
+            allowed_drift: value["allowed_drift"].as_f64().unwrap_or(0.0),
             overlapping_pairs: value["overlapping_pairs"].as_u64().unwrap_or(0) as usize,
             max_overlap: number(&value["max_overlap"]),
         },

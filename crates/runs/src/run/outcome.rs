@@ -24,6 +24,7 @@ use crate::{
     record::{Record, RunRecord},
     report::{FIXED_BODIES, MEASURED_FROM, NOT_EXACT, few_samples_in_words},
     resumable::{FoundCheckpoint, Resumable, Start, Task},
+    run_totals::allowed_drift_now,
     visible_region::picture_of,
     whole_box::maps_of,
 };
@@ -268,6 +269,7 @@ pub(super) fn outcome_of(
             collisions,
             simulated_time: simulated_time(view, scene),
             collisions_per_second: collisions as f64 / seconds.max(1e-9),
+            allowed_drift: allowed_drift_now(view),
             ..results.totals
         },
         results,

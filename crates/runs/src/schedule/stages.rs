@@ -204,6 +204,9 @@ pub fn is_disturbed(scene: &Scene) -> Option<&'static str> {
     if reacts(scene) {
         return Some("bodies react");
     }
+    if scene.piston.iter().any(|piston| piston.stop_elasticity < 1.0) {
+        return Some("stops of a piston take energy");
+    }
     let first = scene.stage.iter().position(|stage| stage.measure)?;
     let stages = scene.stage.iter().enumerate().skip(first);
     let mut reasons = stages.filter_map(|(index, stage)| {

@@ -3,7 +3,7 @@
 use anyhow::Result;
 use carom::Scene;
 use carom_runs::progress::Progress;
-use carom_tables::Totals;
+use carom_tables::{Totals, allowed_drift};
 use carom_testkit::extremes::{
     Engine,
     bodies::{bumper, disc},
@@ -93,6 +93,8 @@ pub fn drift(
         simulated_time: run.time().to_f64(),
         collisions_per_second: done as f64 / begun.elapsed().as_secs_f64(),
         energy_drift: worst,
+        // That of a random walk: a bias is what this experiment looks for.
+        allowed_drift: allowed_drift(done, None),
         overlapping_pairs: pairs,
         max_overlap: deepest,
     };

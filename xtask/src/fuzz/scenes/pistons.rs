@@ -79,6 +79,8 @@ impl PistonRoom<'_> {
             // Springs are added when the duration of the case is drawn.
             spring: 0.0,
             relaxed_at: None,
+            // The reflections of `PistonStops` lose no energy.
+            stop_elasticity: 1.0,
         })
     }
 
