@@ -36,6 +36,27 @@ pub fn run() -> Result<Verdict> {
     // commands of the repository are those of this program.
     let program = std::env::current_exe().context("the path of this program is unknown")?;
     let xtask = format!("'{}'", program.display());
+    let lines = [
+        source_checks(&xtask),
+        package_checks(),
+        trial_runs(&xtask, &folder),
+    ];
+    for line in lines.concat() {
+        if !steps.passes(&line)? {
+            return Ok(Verdict::Failed);
+        }
+    }
+    // The tests of the Python package compare with the command, which this program contains. All
+    // tests run, so that one run shows every failure.
+    steps.tests(&format!(
+        "eval \"$(.ci/tools)\"; failed=0; CAROM_COMMAND=\"{xtask} carom\" .ci/python || failed=1; \
+         tests/slurm.sh || failed=1; cargo test --workspace --no-fail-fast && exit $failed"
+    ))
+}
+
+/// Checks of the sources: format, faults that compilers find, documentation and rules of the
+/// repository.
+fn source_checks(xtask: &str) -> Vec<String> {
     let mut lines = vec![
         "cargo fmt --all --check".to_owned(),
         "cargo clippy --workspace --all-targets -- -D warnings".to_owned(),
@@ -53,45 +74,40 @@ pub fn run() -> Result<Verdict> {
     lines.push("RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps".to_owned());
     lines.push(format!("{xtask} tidy"));
     lines.push(format!("{xtask} surface"));
-    // What the repository alone needs is never published.
-    lines.push(
+    lines
+}
+
+/// Checks of what is published: packages, the book, and licences and sources of dependencies.
+fn package_checks() -> Vec<String> {
+    vec![
+        // What the repository alone needs is never published.
         "cargo package --quiet --workspace --allow-dirty --no-verify \
          --exclude xtask --exclude carom-faults --exclude carom-testkit --exclude carom-web"
             .to_owned(),
-    );
-    lines.push(
         "if command -v mdbook >/dev/null; then mdbook build crates/book; \
          else echo 'skipped: the book: no mdbook' >> \"$CAROM_SKIPPED\"; fi"
             .to_owned(),
-    );
-    // Advisories need their database from the network; `cargo deny check` by hand has them too.
-    lines.push(
+        // Advisories need their database from the network; `cargo deny check` by hand has them too.
         "if command -v cargo-deny >/dev/null; then \
          for manifest in Cargo.toml crates/python/Cargo.toml; do \
          cargo deny --offline --manifest-path $manifest check bans licenses sources || exit 1; done; \
          else echo 'skipped: bans and sources of dependencies: no cargo-deny' >> \"$CAROM_SKIPPED\"; fi"
             .to_owned(),
-    );
+    ]
+}
+
+/// Short runs of an experiment and of the fuzzers, with their files in a folder.
+fn trial_runs(xtask: &str, folder: &Path) -> Vec<String> {
     let [brownian, fuzz] = ["brownian", "fuzz"].map(|name| folder.join(name).display().to_string());
-    lines.push(format!(
+    let mut lines = vec![format!(
         "{xtask} experiment brownian --quick --force --out '{brownian}'"
-    ));
+    )];
     for fuzzer in ["detection", "scenes", "files", "tiles"] {
         lines.push(format!(
             "{xtask} fuzz {fuzzer} --minutes 1 --seed {FUZZ_SEED} --out '{fuzz}'"
         ));
     }
-    for line in lines {
-        if !steps.passes(&line)? {
-            return Ok(Verdict::Failed);
-        }
-    }
-    // The tests of the Python package compare with the command, which this program contains. All
-    // tests run, so that one run shows every failure.
-    steps.tests(&format!(
-        "eval \"$(.ci/tools)\"; failed=0; CAROM_COMMAND=\"{xtask} carom\" .ci/python || failed=1; \
-         tests/slurm.sh || failed=1; cargo test --workspace --no-fail-fast && exit $failed"
-    ))
+    lines
 }
 
 /// Commands that run in the root of the repository.

@@ -137,6 +137,31 @@ pub fn parse(words: &[String]) -> Result<(), clap::Error> {
     Cli::try_parse_from(words).map(|_| ())
 }
 
+impl XtaskExperiment {
+    fn run(&self) -> Result<Verdict> {
+        match self {
+            Self::Brownian(options) => studies::run("brownian", options),
+            Self::Billiard(options) => studies::run("billiard", options),
+            Self::Spheres(options) => thesis_tests::spheres(options),
+            Self::Pair(options) => thesis_tests::pair(options),
+            Self::Encounters(options) => encounters::run(options),
+            Self::Extremes(options) => extremes::run(options),
+            Self::Equilibrium(options) => studies::run("equilibrium", options),
+            Self::Relaxation(options) => studies::run("relaxation", options),
+            Self::Virial(options) => studies::run("virial", options),
+            Self::Diffusion(options) => studies::run("diffusion", options),
+            Self::Depletion(options) => studies::run("depletion", options),
+            Self::Cooling(options) => studies::run("cooling", options),
+            Self::Heating(options) => studies::run("heating", options),
+            Self::Thermostat(options) => studies::run("thermostat", options),
+            Self::Freezing(options) => studies::run("freezing", options),
+            Self::Ratchet(options) => studies::run("ratchet", options),
+            Self::All(options) => all::run(options),
+            Self::CapabilityCost(options) => capability_cost::run(options),
+        }
+    }
+}
+
 impl Program for Cli {
     fn console(&self) -> Console {
         self.console
@@ -153,54 +178,7 @@ impl Program for Cli {
 
     fn run(&self) -> Result<Verdict> {
         match &self.command {
-            XtaskCommand::Experiment(XtaskExperiment::Brownian(options)) => {
-                studies::run("brownian", options)
-            }
-            XtaskCommand::Experiment(XtaskExperiment::Billiard(options)) => {
-                studies::run("billiard", options)
-            }
-            XtaskCommand::Experiment(XtaskExperiment::Spheres(options)) => {
-                thesis_tests::spheres(options)
-            }
-            XtaskCommand::Experiment(XtaskExperiment::Pair(options)) => thesis_tests::pair(options),
-            XtaskCommand::Experiment(XtaskExperiment::Encounters(options)) => {
-                encounters::run(options)
-            }
-            XtaskCommand::Experiment(XtaskExperiment::Extremes(options)) => extremes::run(options),
-            XtaskCommand::Experiment(XtaskExperiment::Equilibrium(options)) => {
-                studies::run("equilibrium", options)
-            }
-            XtaskCommand::Experiment(XtaskExperiment::Relaxation(options)) => {
-                studies::run("relaxation", options)
-            }
-            XtaskCommand::Experiment(XtaskExperiment::Virial(options)) => {
-                studies::run("virial", options)
-            }
-            XtaskCommand::Experiment(XtaskExperiment::Diffusion(options)) => {
-                studies::run("diffusion", options)
-            }
-            XtaskCommand::Experiment(XtaskExperiment::Depletion(options)) => {
-                studies::run("depletion", options)
-            }
-            XtaskCommand::Experiment(XtaskExperiment::Cooling(options)) => {
-                studies::run("cooling", options)
-            }
-            XtaskCommand::Experiment(XtaskExperiment::Heating(options)) => {
-                studies::run("heating", options)
-            }
-            XtaskCommand::Experiment(XtaskExperiment::Thermostat(options)) => {
-                studies::run("thermostat", options)
-            }
-            XtaskCommand::Experiment(XtaskExperiment::Freezing(options)) => {
-                studies::run("freezing", options)
-            }
-            XtaskCommand::Experiment(XtaskExperiment::Ratchet(options)) => {
-                studies::run("ratchet", options)
-            }
-            XtaskCommand::Experiment(XtaskExperiment::All(options)) => all::run(options),
-            XtaskCommand::Experiment(XtaskExperiment::CapabilityCost(options)) => {
-                capability_cost::run(options)
-            }
+            XtaskCommand::Experiment(experiment) => experiment.run(),
             XtaskCommand::Bench(bench) => bench::run(bench),
             XtaskCommand::Fuzz(fuzz) => fuzz::run(fuzz),
             XtaskCommand::Attack(options) => attack::run(options),

@@ -303,21 +303,7 @@ impl<'a> DrivenPair<'a> {
                     PartPair::Line(..) => pair.of_whole_line(),
                     _ => pair,
                 };
-                PairBounds::new(&pair, |pose, gap| {
-                    let sign = seen_by(*body);
-                    let (beyond, error) = (pair.beyond(pose), pair.error_at(0.0));
-                    let step = if beyond.value > error {
-                        let along = pair.curvature(pose, &beyond, error);
-                        let along = of_drive.added_to(along, sign * pose.endwards.direction, turn);
-                        safe_step(beyond.value, beyond.rate - pair.rate_error_at(0.0), &along)
-                    } else {
-                        0.0
-                    };
-                    (
-                        of_drive.added_to(gap, sign * pose.outwards.direction, turn),
-                        step,
-                    )
-                })
+                of_drive.bounds_of_edge(&pair, seen_by(*body), turn)
             }
             PartPair::ConvexEdge(body, shape, offset, edge) => {
                 let turn = flight.spin[1 - body];
@@ -363,6 +349,25 @@ impl PairBounds {
 }
 
 impl DriveCurvature<'_> {
+    /// An atom and an edge that turns at a rate; `sign` is that of the directions of the edge seen
+    /// from A to B.
+    fn bounds_of_edge(&self, pair: &EdgePair<'_>, sign: f64, turn: f64) -> PairBounds {
+        PairBounds::new(pair, |pose, gap| {
+            let (beyond, error) = (pair.beyond(pose), pair.error_at(0.0));
+            let step = if beyond.value > error {
+                let along = pair.curvature(pose, &beyond, error);
+                let along = self.added_to(along, sign * pose.endwards.direction, turn);
+                safe_step(beyond.value, beyond.rate - pair.rate_error_at(0.0), &along)
+            } else {
+                0.0
+            };
+            (
+                self.added_to(gap, sign * pose.outwards.direction, turn),
+                step,
+            )
+        })
+    }
+
     /// The bounds of a pair in uniform motion with those of the drive, for a normal from A to B
     /// that turns at a rate (Lemmas 2 and 3).
     fn added_to(&self, uniform: Curvature, normal: DVec2, turn: f64) -> Curvature {

@@ -1,6 +1,6 @@
 //! The closing speed below which rounding hides whether two touching parts close or part.
 
-use carom_geometry::{Circle, Ellipse, Outline, Support};
+use carom_geometry::{Circle, Ellipse, Outline, Support, SupportPoint};
 use carom_kinematics::RelativeMotion;
 use glam::DVec2;
 
@@ -39,11 +39,6 @@ pub fn resolved_speed(
     touch: Touch,
     normal: DVec2,
 ) -> f64 {
-    let of_circles = |circles: [Circle; 2]| {
-        let speed = motion.velocity.length();
-        let bound = ErrorBound::of_circles(motion, speed, motion.angular_velocity, &circles);
-        bound.of_rate(0.0, circles[0].radius + circles[1].radius)
-    };
     let of_edge = |body: usize, edge: u32, part: Part| {
         let (outline, other) = if body == 0 { (a, b) } else { (b, a) };
         let circle = match part {
@@ -57,35 +52,81 @@ pub fn resolved_speed(
         }
     };
     if !(a.ellipses().is_empty() && b.ellipses().is_empty()) {
-        return of_ellipses(a, b, motion, touch, normal);
+        let ellipses = EllipseTouch {
+            bodies: [a, b],
+            motion,
+            normal,
+            spins: motion.angular_velocity.map(f64::abs),
+        };
+        return ellipses.rate_error(touch);
     }
     match touch {
-        Touch::Atoms(i, j) => of_circles([
-            Circle::from(&a.atoms[i as usize]),
-            Circle::from(&b.atoms[j as usize]),
-        ]),
-        Touch::BoundingCircles => of_circles([a, b].map(bounding_circle)),
+        Touch::Atoms(i, j) => {
+            let atoms = [&a.atoms[i as usize], &b.atoms[j as usize]];
+            of_circles(motion, atoms.map(Circle::from))
+        }
+        Touch::BoundingCircles => of_circles(motion, [a, b].map(bounding_circle)),
         Touch::EdgeOfA { edge, part } => of_edge(1, edge, part),
         Touch::EdgeOfB { edge, part } => of_edge(0, edge, part),
     }
 }
 
-/// E' of two parts of which one may be an ellipse: also of the turn of the direction in which they
-/// are nearest.
-fn of_ellipses(
-    a: Outline<'_>,
-    b: Outline<'_>,
-    motion: &RelativeMotion,
-    touch: Touch,
+/// E' of two circles.
+fn of_circles(motion: &RelativeMotion, circles: [Circle; 2]) -> f64 {
+    let speed = motion.velocity.length();
+    let bound = ErrorBound::of_circles(motion, speed, motion.angular_velocity, &circles);
+    bound.of_rate(0.0, circles[0].radius + circles[1].radius)
+}
+
+/// Two bodies that touch, of which one has ellipses: E' is also that of the turn of the direction
+/// in which two parts are nearest.
+struct EllipseTouch<'a> {
+    bodies: [Outline<'a>; 2],
+    motion: &'a RelativeMotion,
+    /// From A to B.
     normal: DVec2,
-) -> f64 {
-    let spins = motion.angular_velocity.map(f64::abs);
-    let touched = |body: usize, shape: &Ellipse| {
-        let outwards = if body == 0 { normal } else { -normal };
-        let DVec2 { x, y } = motion.orientation[body].cos_sin();
-        shape.at(DVec2::new(x, -y).rotate(outwards))
-    };
-    let part = |outline: Outline<'_>, atom: u32| {
+    /// Magnitudes of the angular velocities (radians per time).
+    spins: [f64; 2],
+}
+
+impl EllipseTouch<'_> {
+    fn rate_error(&self, touch: Touch) -> f64 {
+        match touch {
+            Touch::Atoms(i, j) => self.of_atoms([i, j]),
+            Touch::BoundingCircles => of_circles(self.motion, self.bodies.map(bounding_circle)),
+            Touch::EdgeOfA { edge, part } => self.of_edge(1, edge, part),
+            Touch::EdgeOfB { edge, part } => self.of_edge(0, edge, part),
+        }
+    }
+
+    fn of_atoms(&self, atoms: [u32; 2]) -> f64 {
+        let [(one, first), (other, second)] = [0, 1].map(|body| self.atom(body, atoms[body]));
+        let (motion, spins) = (self.motion, self.spins);
+        let speed = motion.velocity.length();
+        let bound = ErrorBound::of_circles(motion, speed, motion.angular_velocity, &[one, other]);
+        let error = bound.at(0.0);
+        let points = [self.touched(0, &first), self.touched(1, &second)];
+        let stiffness = points[0].curvature_radius + points[1].curvature_radius;
+        let bending = spins[0] * points[0].bend().abs() + spins[1] * points[1].bend().abs();
+        let fast = (bound.speed() + bending) / stiffness;
+        bound.rate_terms(error)[0] + (8.0 * fast + spins[0] + spins[1]) * error
+    }
+
+    /// E' of a part of one body and an edge of the other.
+    fn of_edge(&self, body: usize, edge: u32, part: Part) -> f64 {
+        let (circle, shape) = match part {
+            Part::Atom(index) => self.atom(body, index),
+            Part::BoundingCircle => (bounding_circle(self.bodies[body]), Ellipse::round(0.0)),
+        };
+        let edge = &self.bodies[1 - body].edges()[edge as usize];
+        let error = EdgeErrorBound::new(self.motion, body, &circle, edge);
+        let turning = (self.spins[0] + self.spins[1]) * self.touched(body, &shape).bend().abs();
+        error.of_rate(0.0) + 8.0 * f64::EPSILON * turning
+    }
+
+    /// An atom as the point at its centre, with the lever of all its points, and its shape.
+    fn atom(&self, body: usize, atom: u32) -> (Circle, Ellipse) {
+        let outline = self.bodies[body];
         let atom_of = &outline.atoms[atom as usize];
         let round = Ellipse::round(atom_of.radius());
         let shape = outline
@@ -100,39 +141,12 @@ fn of_ellipses(
             ..Circle::from(atom_of)
         };
         (circle, shape)
-    };
-    let of_edge = |body: usize, edge: u32, part_of_body: Part| {
-        let (outline, other) = if body == 0 { (a, b) } else { (b, a) };
-        let (circle, shape) = match part_of_body {
-            Part::Atom(index) => part(outline, index),
-            Part::BoundingCircle => (bounding_circle(outline), Ellipse::round(0.0)),
-        };
-        let error = EdgeErrorBound::new(motion, body, &circle, &other.edges()[edge as usize]);
-        let turning = (spins[0] + spins[1]) * touched(body, &shape).bend().abs();
-        error.of_rate(0.0) + 8.0 * f64::EPSILON * turning
-    };
-    match touch {
-        Touch::Atoms(i, j) => {
-            let (parts, shapes) = {
-                let ((one, shape), (other, second)) = (part(a, i), part(b, j));
-                ([one, other], [shape, second])
-            };
-            let speed = motion.velocity.length();
-            let bound = ErrorBound::of_circles(motion, speed, motion.angular_velocity, &parts);
-            let error = bound.at(0.0);
-            let points = [0, 1].map(|body| touched(body, &shapes[body]));
-            let stiffness = points[0].curvature_radius + points[1].curvature_radius;
-            let bending = spins[0] * points[0].bend().abs() + spins[1] * points[1].bend().abs();
-            let fast = (bound.speed() + bending) / stiffness;
-            bound.rate_terms(error)[0] + (8.0 * fast + spins[0] + spins[1]) * error
-        }
-        Touch::BoundingCircles => {
-            let circles = [a, b].map(bounding_circle);
-            let speed = motion.velocity.length();
-            let bound = ErrorBound::of_circles(motion, speed, motion.angular_velocity, &circles);
-            bound.of_rate(0.0, circles[0].radius + circles[1].radius)
-        }
-        Touch::EdgeOfA { edge, part } => of_edge(1, edge, part),
-        Touch::EdgeOfB { edge, part } => of_edge(0, edge, part),
+    }
+
+    /// The point of a shape of a body that touches the other body.
+    fn touched(&self, body: usize, shape: &Ellipse) -> SupportPoint {
+        let outwards = if body == 0 { self.normal } else { -self.normal };
+        let DVec2 { x, y } = self.motion.orientation[body].cos_sin();
+        shape.at(DVec2::new(x, -y).rotate(outwards))
     }
 }

@@ -46,11 +46,7 @@ pub fn encode(
     kicks: &[Kick],
 ) -> Vec<u8> {
     let FrameLabel { number, body_list } = label;
-    let followed = window
-        .follow
-        .and_then(|id| view.body(carom::BodyKey::of_id(id)));
-    let centre = followed.map_or(DVec2::from(window.centre), |body| body.motion.position);
-    let (centre, _) = view.bounds().wrap(centre);
+    let centre = middle(view, window);
     let ShownBodies {
         is_whole,
         indices,
@@ -99,6 +95,15 @@ pub fn encode(
         bytes.extend(ends.flat_map(|number| (number as f32).to_le_bytes()));
     }
     bytes
+}
+
+/// The middle of a window (length), in the box: where the followed body is, if there is one.
+fn middle(view: &View<'_>, window: &VisibleWindow) -> DVec2 {
+    let followed = window
+        .follow
+        .and_then(|id| view.body(carom::BodyKey::of_id(id)));
+    let centre = followed.map_or(DVec2::from(window.centre), |body| body.motion.position);
+    view.bounds().wrap(centre).0
 }
 
 /// The bodies that a window shows, in the order of the list.

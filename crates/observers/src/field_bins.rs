@@ -271,86 +271,105 @@ impl FieldBins {
     /// area in it. By the distance from a point this is exact up to half the shorter side of the
     /// box; what lies beyond counts as a whole in the bin of the centre, or in the nearest one
     /// beyond that distance.
-    pub(crate) fn cover(&self, centre: DVec2, radius: f64, mut add: impl FnMut(usize, f64)) {
+    pub(crate) fn cover(&self, centre: DVec2, radius: f64, add: impl FnMut(usize, f64)) {
         match self.layout {
             Layout::Grid(_) => self.cover_cells(centre, radius, add),
             Layout::Point {
                 centre: point,
                 width,
             } => {
-                let exact = 0.5 * self.bounds.sides().min_element();
                 let away = self.bounds.nearest_image(centre - point);
-                let distance = away.length();
-                let whole = std::f64::consts::PI * radius * radius;
-                let within = |reach: f64| {
-                    let image = |x: i32, y: i32| {
-                        let shift = self.bounds.shift([x.into(), y.into()]);
-                        lens([radius, reach], (away + shift).length())
-                    };
-                    let near = lens([radius, reach], distance);
-                    if distance + radius <= exact {
-                        return near;
-                    }
-                    let images = [-1, 0, 1].map(|x| [-1, 0, 1].map(|y| image(x, y)));
-                    images.iter().flatten().sum()
-                };
-                let first = (((distance - radius).max(0.0) / width) as usize).min(self.len());
-                // Near half a side an image of the disc may reach farther in.
-                let first = if distance + radius <= exact { first } else { 0 };
-                let last = ((distance + radius).min(exact) / width) as usize;
-                let mut before = within(first as f64 * width);
-                for bin in first..=last.min(self.len().saturating_sub(1)) {
-                    let here = within(((bin + 1) as f64 * width).min(exact));
-                    if here > before {
-                        add(bin, here - before);
-                    }
-                    before = here;
-                }
-                let rest = whole - within(exact);
-                let has_bins_beyond = exact < (1.0 - ROUNDING) * width * self.len() as f64;
-                if has_bins_beyond
-                    && distance + radius > exact
-                    && rest > ROUNDING * whole
-                    && let Some(bin) = self.layer(distance.max(exact), width)
-                {
-                    add(bin, rest);
-                }
+                self.cover_rings(away, radius, width, add);
             }
-            Layout::Wall {
-                axis,
-                place: wall,
-                width,
-            } => {
-                let offset = self.offset(axis, wall, centre);
-                let side = self.bounds.sides()[axis];
-                // The part on the other side of the wall, and that beyond half the box.
-                let strip = |from: f64, to: f64| {
-                    disc_below(radius, to - offset, radius)
-                        - disc_below(radius, from - offset, radius)
-                };
-                let layers = |from: f64, to: f64| {
-                    let images = [-side, 0.0, side];
-                    let both = |shift: f64| {
-                        strip(from + shift, to + shift) + strip(shift - to, shift - from)
-                    };
-                    images.iter().map(|&shift| both(shift)).sum::<f64>()
-                };
-                let reach = offset.abs();
-                let turn = reach + radius > 0.5 * side;
-                let first = if turn {
-                    ((side - reach - radius).min(reach - radius).max(0.0) / width) as usize
-                } else {
-                    ((reach - radius).max(0.0) / width) as usize
-                };
-                let last = ((reach + radius) / width) as usize;
-                for bin in first..=last.min(self.len().saturating_sub(1)) {
-                    let [from, to] =
-                        [bin, bin + 1].map(|edge| (edge as f64 * width).min(0.5 * side));
-                    let area = layers(from, to);
-                    if area > 0.0 {
-                        add(bin, area);
-                    }
-                }
+            Layout::Wall { axis, place, width } => {
+                let offset = self.offset(axis, place, centre);
+                self.cover_layers(offset, radius, (axis, width), add);
+            }
+        }
+    }
+
+    /// Adds the area of a disc, `away` from the point, to the rings about it.
+    fn cover_rings(&self, away: DVec2, radius: f64, width: f64, mut add: impl FnMut(usize, f64)) {
+        let exact = self.exact_distance();
+        let distance = away.length();
+        let whole = std::f64::consts::PI * radius * radius;
+        let within = |reach: f64| self.area_within(away, radius, reach);
+        let first = (((distance - radius).max(0.0) / width) as usize).min(self.len());
+        // Near half a side an image of the disc may reach farther in.
+        let first = if distance + radius <= exact { first } else { 0 };
+        let last = ((distance + radius).min(exact) / width) as usize;
+        let mut before = within(first as f64 * width);
+        for bin in first..=last.min(self.len().saturating_sub(1)) {
+            let here = within(((bin + 1) as f64 * width).min(exact));
+            if here > before {
+                add(bin, here - before);
+            }
+            before = here;
+        }
+        let rest = whole - within(exact);
+        let has_bins_beyond = exact < (1.0 - ROUNDING) * width * self.len() as f64;
+        if has_bins_beyond
+            && distance + radius > exact
+            && rest > ROUNDING * whole
+            && let Some(bin) = self.layer(distance.max(exact), width)
+        {
+            add(bin, rest);
+        }
+    }
+
+    /// Half the shorter side of the box: a point has no image within this distance (length).
+    fn exact_distance(&self) -> f64 {
+        0.5 * self.bounds.sides().min_element()
+    }
+
+    /// The area that all images of a disc, of which the nearest is `away` from a point, have within
+    /// `reach` of it (length²).
+    fn area_within(&self, away: DVec2, radius: f64, reach: f64) -> f64 {
+        let distance = away.length();
+        if distance + radius <= self.exact_distance() {
+            return lens([radius, reach], distance);
+        }
+        let image = |x: i32, y: i32| {
+            let shift = self.bounds.shift([x.into(), y.into()]);
+            lens([radius, reach], (away + shift).length())
+        };
+        let images = [-1, 0, 1].map(|x| [-1, 0, 1].map(|y| image(x, y)));
+        images.iter().flatten().sum()
+    }
+
+    /// Adds the area of a disc at this offset from the nearest image of the wall to the layers of
+    /// this width on both sides of it.
+    fn cover_layers(
+        &self,
+        offset: f64,
+        radius: f64,
+        (axis, width): (usize, f64),
+        mut add: impl FnMut(usize, f64),
+    ) {
+        let side = self.bounds.sides()[axis];
+        // The part on the other side of the wall, and that beyond half the box.
+        let strip = |from: f64, to: f64| {
+            disc_below(radius, to - offset, radius) - disc_below(radius, from - offset, radius)
+        };
+        let layers = |from: f64, to: f64| {
+            let images = [-side, 0.0, side];
+            let both =
+                |shift: f64| strip(from + shift, to + shift) + strip(shift - to, shift - from);
+            images.iter().map(|&shift| both(shift)).sum::<f64>()
+        };
+        let reach = offset.abs();
+        let turn = reach + radius > 0.5 * side;
+        let first = if turn {
+            ((side - reach - radius).min(reach - radius).max(0.0) / width) as usize
+        } else {
+            ((reach - radius).max(0.0) / width) as usize
+        };
+        let last = ((reach + radius) / width) as usize;
+        for bin in first..=last.min(self.len().saturating_sub(1)) {
+            let [from, to] = [bin, bin + 1].map(|edge| (edge as f64 * width).min(0.5 * side));
+            let area = layers(from, to);
+            if area > 0.0 {
+                add(bin, area);
             }
         }
     }
@@ -452,83 +471,53 @@ impl FieldBins {
         width: f64,
         mut add: impl FnMut(ContactPart),
     ) {
-        let sides = self.bounds.sides();
-        let Carried {
-            from,
-            way,
-            momentum,
-            energy,
-        } = *carried;
+        let Carried { from, way, .. } = *carried;
         let length = way.length();
         if length <= 0.0 {
             return;
         }
         let along = way / length;
-        // Lines on which two images of the point are equally near.
+        let momentum = [
+            along.dot(carried.momentum),
+            along.perp().dot(carried.momentum),
+        ];
+        self.cuts_between_images(from - centre, way)
+            .pieces(|share, middle| {
+                let [begin, end] = [middle - 0.5 * share, middle + 0.5 * share];
+                let place = from + middle * way;
+                let away = self.bounds.nearest_image(place - centre);
+                let (foot, across) = (away.dot(along), along.perp().dot(away));
+                let [start, stop] = [begin, end].map(|at| foot + (at - middle) * length);
+                let passing = PassingWay {
+                    across,
+                    start,
+                    stop,
+                    momentum,
+                    energy: carried.energy,
+                };
+                passing
+                    .cuts_at_rings(width, self.len())
+                    .pieces(|share, middle| {
+                        let distance = passing.distance(passing.at(middle));
+                        if let Some(bin) = self.layer(distance, width) {
+                            add(passing.part(bin, share, middle));
+                        }
+                    });
+            });
+    }
+
+    /// Cuts a way that begins at this place relative to a point at the lines on which two images of
+    /// the point are equally near.
+    fn cuts_between_images(&self, from: DVec2, way: DVec2) -> Cuts {
+        let sides = self.bounds.sides();
         let mut cuts = Cuts::default();
         for axis in [0, 1] {
-            let offset = from[axis] - centre[axis] - 0.5 * sides[axis];
+            let offset = from[axis] - 0.5 * sides[axis];
             let ends = [offset, offset + way[axis]].map(|place| (place / sides[axis]).floor());
             let (first, last) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
             cuts.lines(offset, way[axis], sides[axis], [first + 1.0, last]);
         }
-        let [own, other] = [along.dot(momentum), along.perp().dot(momentum)];
-        cuts.pieces(|share, middle| {
-            let [begin, end] = [middle - 0.5 * share, middle + 0.5 * share];
-            let place = from + middle * way;
-            let away = self.bounds.nearest_image(place - centre);
-            // The piece in the frame of the nearest image of the point, along its direction.
-            let (foot, across) = (away.dot(along), along.perp().dot(away));
-            let [start, stop] = [begin, end].map(|at| foot + (at - middle) * length);
-            let mut rings = Cuts::default();
-            let reach = |l: f64| l.hypot(across);
-            let least = if start < 0.0 && stop > 0.0 {
-                across.abs()
-            } else {
-                reach(start).min(reach(stop))
-            };
-            let most = reach(start).max(reach(stop));
-            let mut ring = (least / width).floor().max(1.0);
-            let end = (most / width).floor().min(self.len() as f64);
-            while ring <= end {
-                let radius = ring * width;
-                let chord = (radius - across.abs()) * (radius + across.abs());
-                if chord > 0.0 {
-                    for l in [-chord.sqrt(), chord.sqrt()] {
-                        rings.at(start, stop - start, l);
-                    }
-                }
-                ring += 1.0;
-            }
-            rings.pieces(|share, middle| {
-                let piece = share * (stop - start);
-                let centre = start + middle * (stop - start);
-                let [from, to] = [centre - 0.5 * piece, centre + 0.5 * piece];
-                let Some(bin) = self.layer(reach(centre), width) else {
-                    return;
-                };
-                let (angle, logarithm, asinh) = if across == 0.0 {
-                    (0.0, 0.0, 0.0)
-                } else {
-                    (
-                        across * ((to / across).atan() - (from / across).atan()),
-                        across * (reach(to) / reach(from)).ln(),
-                        across * ((to / across.abs()).asinh() - (from / across.abs()).asinh()),
-                    )
-                };
-                let lengthwise = piece - angle;
-                add(ContactPart {
-                    bin,
-                    momentum: [
-                        lengthwise * own + logarithm * other,
-                        lengthwise * other - logarithm * own,
-                        -logarithm * own - angle * other,
-                        angle * own - logarithm * other,
-                    ],
-                    energy: [(reach(to) - reach(from)) * energy, -asinh * energy],
-                });
-            });
-        });
+        cuts
     }
 
     /// Distance from the nearest image of a line, positive towards larger coordinates (length).
@@ -591,6 +580,92 @@ impl Cuts {
                 piece(cut - before, 0.5 * (before + cut));
                 before = cut;
             }
+        }
+    }
+}
+
+/// What is carried along a straight way that passes a point, in the frame of the point and the
+/// way.
+struct PassingWay {
+    /// The distance from the point to the line, positive to the left of it (length).
+    across: f64,
+    /// Where the way begins and ends along the line; 0 is nearest to the point (length).
+    start: f64,
+    stop: f64,
+    /// Momentum along the way and across it (mass × length / time).
+    momentum: [f64; 2],
+    /// Energy (mass × length² / time²).
+    energy: f64,
+}
+
+impl PassingWay {
+    /// The place along the line at a share of the way (length).
+    fn at(&self, share: f64) -> f64 {
+        self.start + share * (self.stop - self.start)
+    }
+
+    /// The distance from the point at a place along the line (length).
+    fn distance(&self, l: f64) -> f64 {
+        l.hypot(self.across)
+    }
+
+    /// Cuts the way where it passes from one ring about the point to the next.
+    fn cuts_at_rings(&self, width: f64, rings: usize) -> Cuts {
+        let Self {
+            across,
+            start,
+            stop,
+            ..
+        } = *self;
+        let mut cuts = Cuts::default();
+        let least = if start < 0.0 && stop > 0.0 {
+            across.abs()
+        } else {
+            self.distance(start).min(self.distance(stop))
+        };
+        let most = self.distance(start).max(self.distance(stop));
+        let mut ring = (least / width).floor().max(1.0);
+        let end = (most / width).floor().min(rings as f64);
+        while ring <= end {
+            let radius = ring * width;
+            let chord = (radius - across.abs()) * (radius + across.abs());
+            if chord > 0.0 {
+                for l in [-chord.sqrt(), chord.sqrt()] {
+                    cuts.at(start, stop - start, l);
+                }
+            }
+            ring += 1.0;
+        }
+        cuts
+    }
+
+    /// What a piece of the way, given by its share and its middle, carries along the directions
+    /// from the point and across them, which turn along the way: an integral over the piece.
+    fn part(&self, bin: usize, share: f64, middle: f64) -> ContactPart {
+        let (across, [own, other]) = (self.across, self.momentum);
+        let piece = share * (self.stop - self.start);
+        let centre = self.at(middle);
+        let [from, to] = [centre - 0.5 * piece, centre + 0.5 * piece];
+        let [near, far] = [from, to].map(|l| self.distance(l));
+        let (angle, logarithm, asinh) = if across == 0.0 {
+            (0.0, 0.0, 0.0)
+        } else {
+            (
+                across * ((to / across).atan() - (from / across).atan()),
+                across * (far / near).ln(),
+                across * ((to / across.abs()).asinh() - (from / across.abs()).asinh()),
+            )
+        };
+        let lengthwise = piece - angle;
+        ContactPart {
+            bin,
+            momentum: [
+                lengthwise * own + logarithm * other,
+                lengthwise * other - logarithm * own,
+                -logarithm * own - angle * other,
+                angle * own - logarithm * other,
+            ],
+            energy: [(far - near) * self.energy, -asinh * self.energy],
         }
     }
 }

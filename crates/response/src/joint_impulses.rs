@@ -94,68 +94,113 @@ impl Point {
 
 /// The sizes of the impulses, by the method of Lawson and Hanson.
 fn smallest_set(points: &[Point], demanded: &[f64], inertias: [&Inertia; 2]) -> Option<Vec<f64>> {
-    let yielding = |k: usize, l: usize| points[k].yielding(&points[l], inertias);
-    let largest = demanded.iter().copied().fold(0.0, f64::max);
-    let mut sizes = vec![0.0; points.len()];
-    let mut active: Vec<usize> = Vec::new();
-    let mut dependent = vec![false; points.len()];
+    let mut set = ActiveSet {
+        points,
+        demanded,
+        inertias,
+        sizes: vec![0.0; points.len()],
+        active: Vec::new(),
+        dependent: vec![false; points.len()],
+    };
     // Each pass adds a point with an impulse, and each set of points is met once; ten times their
     // number is never reached but by rounding.
     for _ in 0..10 * points.len() {
-        let lacking = |k: usize| {
-            demanded[k]
-                - active
-                    .iter()
-                    .map(|&l| yielding(k, l) * sizes[l])
-                    .sum::<f64>()
+        let Some(most) = set.most_lacking() else {
+            return Some(set.sizes);
         };
-        let candidates = (0..points.len()).filter(|k| !active.contains(k) && !dependent[*k]);
-        // In the norm of the energy; of equal ones the first.
-        let in_energy = |k: usize| lacking(k) / yielding(k, k).sqrt();
-        let most = candidates
-            .filter(|&k| lacking(k) > ROUNDING * largest)
+        set.active.push(most);
+        let Some(mut found) = set.solve() else {
+            set.active.pop();
+            set.dependent[most] = true;
+            continue;
+        };
+        // Points whose impulse would pull are released, the first that reaches 0 first.
+        while found.iter().any(|size| *size <= 0.0) {
+            set.release_pulling(&found)?;
+            found = set.solve()?;
+        }
+        for (&k, size) in set.active.iter().zip(&found) {
+            set.sizes[k] = *size;
+        }
+    }
+    None
+}
+
+/// The points that have an impulse so far.
+struct ActiveSet<'a> {
+    points: &'a [Point],
+    /// The speed of separation that each point needs at least (length / time).
+    demanded: &'a [f64],
+    inertias: [&'a Inertia; 2],
+    /// The size of the impulse at each point.
+    sizes: Vec<f64>,
+    /// The points with an impulse.
+    active: Vec<usize>,
+    /// Whether the impulse at each point follows from those of the others.
+    dependent: Vec<bool>,
+}
+
+impl ActiveSet<'_> {
+    fn yielding(&self, k: usize, l: usize) -> f64 {
+        self.points[k].yielding(&self.points[l], self.inertias)
+    }
+
+    /// The speed of separation that a point still needs.
+    fn lacking(&self, k: usize) -> f64 {
+        self.demanded[k]
+            - self
+                .active
+                .iter()
+                .map(|&l| self.yielding(k, l) * self.sizes[l])
+                .sum::<f64>()
+    }
+
+    /// The point without an impulse that lacks most in the norm of the energy; of equal ones the
+    /// first. `None` if none lacks more than rounding.
+    fn most_lacking(&self) -> Option<usize> {
+        let largest = self.demanded.iter().copied().fold(0.0, f64::max);
+        let in_energy = |k: usize| self.lacking(k) / self.yielding(k, k).sqrt();
+        (0..self.points.len())
+            .filter(|k| !self.active.contains(k) && !self.dependent[*k])
+            .filter(|&k| self.lacking(k) > ROUNDING * largest)
             .reduce(|one, other| {
                 if in_energy(other) > in_energy(one) {
                     other
                 } else {
                     one
                 }
-            });
-        let Some(most) = most else { return Some(sizes) };
-        active.push(most);
-        let Some(mut found) = solve(&active, demanded, yielding) else {
-            active.pop();
-            dependent[most] = true;
-            continue;
-        };
-        // Points whose impulse would pull are released, the first that reaches 0 first.
-        while found.iter().any(|size| *size <= 0.0) {
-            let steps = active.iter().zip(&found).filter(|(_, size)| **size <= 0.0);
-            let step = steps
-                .map(|(&k, size)| sizes[k] / (sizes[k] - size))
-                .fold(1.0, f64::min);
-            for (&k, size) in active.iter().zip(&found) {
-                sizes[k] += step * (size - sizes[k]);
-            }
-            let pulled = active
-                .iter()
-                .zip(&found)
-                .filter(|&(&k, size)| *size <= 0.0 && sizes[k] <= 0.0);
-            let released: Vec<usize> = pulled.map(|(&k, _)| k).collect();
-            if released.is_empty() {
-                return None;
-            }
-            for &k in &released {
-                sizes[k] = 0.0;
-            }
-            active.retain(|k| !released.contains(k));
-            found = solve(&active, demanded, yielding)?;
-        }
-        for (&k, size) in active.iter().zip(&found) {
-            sizes[k] = *size;
-        }
+            })
     }
-    None
+
+    /// The sizes with which all active points separate as they must.
+    fn solve(&self) -> Option<Vec<f64>> {
+        solve(&self.active, self.demanded, |k, l| self.yielding(k, l))
+    }
+
+    /// Changes the sizes towards those found until the first one is 0, and releases its point.
+    fn release_pulling(&mut self, found: &[f64]) -> Option<()> {
+        let Self { sizes, active, .. } = self;
+        let steps = active.iter().zip(found).filter(|(_, size)| **size <= 0.0);
+        let step = steps
+            .map(|(&k, size)| sizes[k] / (sizes[k] - size))
+            .fold(1.0, f64::min);
+        for (&k, size) in active.iter().zip(found) {
+            sizes[k] += step * (size - sizes[k]);
+        }
+        let pulled = active
+            .iter()
+            .zip(found)
+            .filter(|&(&k, size)| *size <= 0.0 && sizes[k] <= 0.0);
+        let released: Vec<usize> = pulled.map(|(&k, _)| k).collect();
+        if released.is_empty() {
+            return None;
+        }
+        for &k in &released {
+            sizes[k] = 0.0;
+        }
+        active.retain(|k| !released.contains(k));
+        Some(())
+    }
 }
 
 /// Solves A J = b for the points of a set by elimination; `None` if they depend on each other.

@@ -36,11 +36,24 @@ pub fn all() -> Vec<(&'static str, Build)> {
         Box::new(|| gas_only(filling(10_000, among(0.2, 0.2)))),
     ));
     scenes.push(("mixture-100", Box::new(|| mixture(40_000, 4, 100.0))));
-    scenes.push(("tee", Box::new(tee)));
-    scenes.push(("tees-50", Box::new(tees)));
-    scenes.push(("rod-50", Box::new(rod)));
-    scenes.push(("dumbbells-0.26", Box::new(|| gas_only(dumbbells(0.26)))));
-    scenes.push(("dumbbells-0.4", Box::new(|| gas_only(dumbbells(0.4)))));
+    scenes.extend(of_molecules());
+    scenes.push(("one-big-disc", Box::new(one_big_disc)));
+    scenes.push((
+        "one-big-disc-without",
+        Box::new(|| gas_only(filling(10_000, among(0.4, 400.0 * 0.4 / 1e4)))),
+    ));
+    scenes
+}
+
+/// The scenes of molecules that are no discs.
+fn of_molecules() -> Vec<(&'static str, Build)> {
+    let mut scenes: Vec<(&'static str, Build)> = vec![
+        ("tee", Box::new(tee)),
+        ("tees-50", Box::new(tees)),
+        ("rod-50", Box::new(rod)),
+        ("dumbbells-0.26", Box::new(|| gas_only(dumbbells(0.26)))),
+        ("dumbbells-0.4", Box::new(|| gas_only(dumbbells(0.4)))),
+    ];
     scenes.push((
         "dumbbells-0.3-2000",
         Box::new(|| LargeGas::Dumbbells.scene(2000, 0.3)),
@@ -66,11 +79,6 @@ pub fn all() -> Vec<(&'static str, Build)> {
     scenes.push((
         "rods-0.3-2000",
         Box::new(move || gas_only(molecules("rod:8", atom_radius, 0.125, 2000))),
-    ));
-    scenes.push(("one-big-disc", Box::new(one_big_disc)));
-    scenes.push((
-        "one-big-disc-without",
-        Box::new(|| gas_only(filling(10_000, among(0.4, 400.0 * 0.4 / 1e4)))),
     ));
     scenes
 }

@@ -50,26 +50,19 @@ type Skipped = Vec<String>;
 pub fn run(options: &ReleaseOptions) -> Result<Verdict> {
     let root = repository::root()?;
     let shell = Shell { root };
-    let changed = shell.output("git", &["status", "--porcelain"])?;
+    let is_changed = has_changes(shell)?;
     ensure!(
-        changed.is_empty() || options.allow_dirty,
+        !is_changed || options.allow_dirty,
         "the sources differ from the last commit: commit them, or make a trial with --allow-dirty"
     );
-    let folder = std::path::absolute(&options.out).context("the current folder is unknown")?;
-    let is_new = fs::read_dir(&folder).map_or(true, |mut entries| entries.next().is_none());
-    ensure!(
-        is_new,
-        "{} is not empty: choose another folder with --out, or remove it",
-        folder.display()
-    );
-    create(&folder)?;
+    let folder = new_folder(&options.out)?;
     let machine = machine(shell)?;
     let metadata = Metadata::read(shell, &machine)?;
     let crates = metadata.published()?;
     let version = &crates.first().context("nothing is published")?.version;
     citation::check(root, version)?;
     let mut skipped = Skipped::new();
-    if !changed.is_empty() {
+    if is_changed {
         skipped.push("a release proper: the sources differ from the last commit".to_owned());
     }
     write_changes(root, version, &folder, &mut skipped)?;
@@ -86,21 +79,7 @@ pub fn run(options: &ReleaseOptions) -> Result<Verdict> {
             &folder.join("conda"),
         )?;
     }
-    let count = licences::write(&metadata, &folder)?;
-    print_line(&format!("release: licences of {count} packages"));
-    let lock = root.join("Cargo.lock");
-    let lock =
-        fs::read_to_string(&lock).with_context(|| format!("cannot read {}", lock.display()))?;
-    let bill = sbom::bill(&metadata, "carom-cli", &lock)?;
-    write(&folder.join(format!("carom-{version}.cdx.json")), &bill)?;
-    for name in [
-        "LICENSE-MIT",
-        "LICENSE-APACHE",
-        "CITATION.cff",
-        "codemeta.json",
-    ] {
-        copy(&root.join(name), &folder.join(name))?;
-    }
+    write_licences(root, &metadata, version, &folder)?;
     if options.install {
         install(shell, &crates, &folder)?;
         if has_wheel {
@@ -118,6 +97,49 @@ pub fn run(options: &ReleaseOptions) -> Result<Verdict> {
     }
     print_line(&format!("release: {}\n\n{commands}", folder.display()));
     Ok(Verdict::Passed)
+}
+
+/// Whether the sources differ from the last commit.
+fn has_changes(shell: Shell<'_>) -> Result<bool> {
+    let changed = shell.output("git", &["status", "--porcelain"])?;
+    Ok(!changed.is_empty())
+}
+
+/// Creates the folder of the release and returns its absolute path.
+///
+/// # Errors
+/// It is not empty, or cannot be created.
+fn new_folder(path: &Path) -> Result<PathBuf> {
+    let folder = std::path::absolute(path).context("the current folder is unknown")?;
+    let is_new = fs::read_dir(&folder).map_or(true, |mut entries| entries.next().is_none());
+    ensure!(
+        is_new,
+        "{} is not empty: choose another folder with --out, or remove it",
+        folder.display()
+    );
+    create(&folder)?;
+    Ok(folder)
+}
+
+/// Writes the licences of all packages, their list as a bill of materials, and the files on how to
+/// use and cite the program.
+fn write_licences(root: &Path, metadata: &Metadata, version: &str, folder: &Path) -> Result<()> {
+    let count = licences::write(metadata, folder)?;
+    print_line(&format!("release: licences of {count} packages"));
+    let lock = root.join("Cargo.lock");
+    let lock =
+        fs::read_to_string(&lock).with_context(|| format!("cannot read {}", lock.display()))?;
+    let bill = sbom::bill(metadata, "carom-cli", &lock)?;
+    write(&folder.join(format!("carom-{version}.cdx.json")), &bill)?;
+    for name in [
+        "LICENSE-MIT",
+        "LICENSE-APACHE",
+        "CITATION.cff",
+        "codemeta.json",
+    ] {
+        copy(&root.join(name), &folder.join(name))?;
+    }
+    Ok(())
 }
 
 fn create(folder: &Path) -> Result<()> {

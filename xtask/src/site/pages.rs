@@ -137,15 +137,7 @@ pub fn of_card(
     let card = &results.card;
     let mut page = Page::new(&card.title, &card.sentence);
     page.navigation(&navigation(parts, "", "../"));
-    let first = results.headline().map_or_else(String::new, |(_, answer)| {
-        format!(
-            "{}: {}, expected {}. ",
-            named(&answer.quantity, &answer.unit),
-            measured(answer),
-            answer.rounded()
-        )
-    });
-    page.verdict(&format!("{first}{}.", results.verdict()));
+    page.verdict(&format!("{}{}.", first_answer(results), results.verdict()));
     for fault in &results.faults {
         page.error(fault);
     }
@@ -153,6 +145,35 @@ pub fn of_card(
         page.note(SHORT);
     }
     page.part(PagePart::Answer);
+    charts(&mut page, pictures);
+    page.part(PagePart::Results);
+    facts(&mut page, results);
+    table(&mut page, "All results", results);
+    files(&mut page, &format!("../{}", card.results_name(is_quick)));
+    page.code(&commands(results, is_quick));
+    if let Ok(example) = card.example() {
+        page.folded(
+            "The scene and what is expected of it, in full",
+            example.text.trim_end(),
+        );
+    }
+    page.html()
+}
+
+/// The first figure of a card and what is expected of it, as the beginning of a sentence; empty
+/// without figures.
+fn first_answer(results: &CardResults) -> String {
+    results.headline().map_or_else(String::new, |(_, answer)| {
+        format!(
+            "{}: {}, expected {}. ",
+            named(&answer.quantity, &answer.unit),
+            measured(answer),
+            answer.rounded()
+        )
+    })
+}
+
+fn charts(page: &mut Page, pictures: &Pictures) {
     let mut charts: Vec<(&str, &str)> = pictures
         .charts
         .iter()
@@ -163,10 +184,10 @@ pub fn of_card(
         charts.push((pictures.start.as_str(), caption));
     }
     page.pictures(Layout::Beside, &charts);
-    page.part(PagePart::Results);
-    facts(&mut page, results);
-    table(&mut page, "All results", results);
-    let folder = format!("../{}", card.results_name(is_quick));
+}
+
+/// The list of the files in the folder of the results.
+fn files(page: &mut Page, folder: &str) {
     page.files(&[
         (
             format!("{folder}/report.html"),
@@ -189,14 +210,6 @@ pub fn of_card(
             "program, compiler, machine and command".to_owned(),
         ),
     ]);
-    page.code(&commands(results, is_quick));
-    if let Ok(example) = card.example() {
-        page.folded(
-            "The scene and what is expected of it, in full",
-            example.text.trim_end(),
-        );
-    }
-    page.html()
 }
 
 /// The commands that run a card again.

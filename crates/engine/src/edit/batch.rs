@@ -517,6 +517,18 @@ impl Batch {
         }
     }
 
+    /// Refuses overlaps of bodies that see each other after the batch.
+    fn refuse_overlaps(&self) -> Result<(), SceneError> {
+        first_overlap(&self.world).map_or(Ok(()), |(pair, depth)| {
+            let [first, second] = pair.map(self.world.naming(&self.names));
+            Err(SceneError::Overlap {
+                first,
+                second,
+                depth,
+            })
+        })
+    }
+
     /// The tag of this name, if a body or rule has ever carried it.
     pub fn find_tag(&self, name: &str) -> Option<Tag> {
         self.names.find(name)
@@ -696,58 +708,79 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
             batch.start_to_move();
             batch.moves = true;
         }
+        if !batch.moves && !batch.relabels {
+            return Ok(());
+        }
+        if batch.moves {
+            batch.world.keep_bodies(|index| !batch.removed[index]);
+        }
+        self.refuse_impossible(&mut batch)?;
+        if may_reveal {
+            batch.refuse_overlaps()?;
+        }
+        if !batch.moves && batch.world.keeps_spins == self.world.keeps_spins {
+            self.take_over_rules(batch);
+            return Ok(());
+        }
+        self.take_over_motion(batch)
+    }
+
+    /// Classifies the contacts of an edited world, and refuses what cannot be computed in it.
+    fn refuse_impossible(&self, batch: &mut Batch) -> Result<(), EditError> {
+        let Batch {
+            world,
+            names,
+            elasticity,
+            reactions,
+            ..
+        } = batch;
+        refuse_drag(world, world.naming(names))?;
+        elasticity.classify(world, &self.response, reactions)?;
+        refuse_gravity(world)?;
+        refuse_shear(world, world.naming(names))?;
+        refuse_pistons(world, world.naming(names))?;
+        refuse_bonds(world, elasticity, world.naming(names))?;
+        refuse_wells(world, world.naming(names))?;
+        refuse_unresolved(world, elasticity)
+            .and_then(|()| refuse_unsearched(world, &self.detection))
+            .map_err(|reason| reason.named(world.naming(names)))?;
+        Ok(())
+    }
+
+    /// Takes over the tags and rules of a batch. They affect no motion and no prediction: the epoch
+    /// continues.
+    fn take_over_rules(&mut self, batch: Batch) {
+        let Batch {
+            world,
+            names,
+            elasticity,
+            reactions,
+            ..
+        } = batch;
+        self.come_back_to_present();
+        self.world.bodies = world.bodies;
+        self.world.has_rough_contacts = world.has_rough_contacts;
+        self.world
+            .keep_last_contacts(!world.last_contacts.is_empty());
+        self.world.has_reactions = world.has_reactions;
+        self.world.has_special_contacts = world.has_special_contacts;
+        (self.names, self.elasticity, self.reactions) = (names, elasticity, reactions);
+    }
+
+    /// Takes over all of a batch, and books what it has put in; an epoch begins.
+    ///
+    /// # Errors
+    /// A bond is too long or too short, or the grid does not fit the bodies: nothing is taken over.
+    fn take_over_motion(&mut self, batch: Batch) -> Result<(), EditError> {
         let Batch {
             mut world,
             names,
-            mut elasticity,
-            mut reactions,
+            elasticity,
+            reactions,
             offset,
-            removed,
-            moves,
-            relabels,
             heat,
             ..
         } = batch;
-        let resolves = |world: &World, elasticity: &ElasticityTable| {
-            let checked = refuse_unresolved(world, elasticity);
-            let checked = checked.and_then(|()| refuse_unsearched(world, &self.detection));
-            checked.map_err(|reason| reason.named(world.naming(&names)))
-        };
-        if !moves && !relabels {
-            return Ok(());
-        }
-        if moves {
-            world.keep_bodies(|index| !removed[index]);
-        }
-        refuse_drag(&world, world.naming(&names))?;
-        elasticity.classify(&mut world, &self.response, &mut reactions)?;
-        refuse_gravity(&world)?;
-        refuse_shear(&world, world.naming(&names))?;
-        refuse_pistons(&world, world.naming(&names))?;
-        refuse_bonds(&world, &elasticity, world.naming(&names))?;
-        refuse_wells(&world, world.naming(&names))?;
-        resolves(&world, &elasticity)?;
-        if may_reveal && let Some((pair, depth)) = first_overlap(&world) {
-            let [first, second] = pair.map(world.naming(&names));
-            return Err(SceneError::Overlap {
-                first,
-                second,
-                depth,
-            }
-            .into());
-        }
-        if !moves && world.keeps_spins == self.world.keeps_spins {
-            // Tags affect no motion and no prediction: the epoch continues.
-            self.come_back_to_present();
-            self.world.bodies = world.bodies;
-            self.world.has_rough_contacts = world.has_rough_contacts;
-            self.world
-                .keep_last_contacts(!world.last_contacts.is_empty());
-            self.world.has_reactions = world.has_reactions;
-            self.world.has_special_contacts = world.has_special_contacts;
-            (self.names, self.elasticity, self.reactions) = (names, elasticity, reactions);
-            return Ok(());
-        }
         if let Some(offset) = offset {
             world.rebase(offset);
         }

@@ -87,12 +87,7 @@ pub(crate) fn gravity_of(entry: &str, gravity: [f64; 2]) -> Result<DVec2, SceneE
 /// Refuses a gravity that cannot be computed: with drag, with curved walls, or without a wall
 /// across the box in its way.
 pub(crate) fn refuse_gravity(world: &World) -> Result<(), SceneError> {
-    let problem = |problem: String| {
-        Err(SceneError::Entry {
-            entry: "gravity".to_owned(),
-            problem,
-        })
-    };
+    let problem = |problem: String| Err(SceneError::of_entry("gravity", problem));
     if !world.has_gravity() {
         return Ok(());
     }
@@ -118,15 +113,23 @@ pub(crate) fn refuse_gravity(world: &World) -> Result<(), SceneError> {
                 .to_owned(),
         );
     }
+    refuse_endless_fall(world)
+}
+
+/// Refuses bodies that would fall for ever through the periodic box.
+fn refuse_endless_fall(world: &World) -> Result<(), SceneError> {
     let stops = |wall: &Body, axis: usize| wall.axis_across() == Some(axis);
     for (axis, name) in ["x", "y"].into_iter().enumerate() {
         if world.gravity[axis] == 0.0 {
             continue;
         }
         if !world.bodies.iter().any(|wall| stops(wall, axis)) {
-            return problem(format!(
-                "bodies would fall for ever through the periodic box along {name}: add a wall across the box \
-                 (`[[wall]]` with `{name}`)"
+            return Err(SceneError::of_entry(
+                "gravity",
+                format!(
+                    "bodies would fall for ever through the periodic box along {name}: add a wall across the box \
+                     (`[[wall]]` with `{name}`)"
+                ),
             ));
         }
         let is_stopped = |body: usize| {
@@ -139,9 +142,12 @@ pub(crate) fn refuse_gravity(world: &World) -> Result<(), SceneError> {
         if world.pairs.is_active()
             && let Some(body) = (0..world.bodies.len()).find(falls_for_ever)
         {
-            return problem(format!(
-                "body {body} would fall for ever, because it does not see the walls across the box in its way: change \
-                 `transparent`"
+            return Err(SceneError::of_entry(
+                "gravity",
+                format!(
+                    "body {body} would fall for ever, because it does not see the walls across the box in its way: change \
+                     `transparent`"
+                ),
             ));
         }
     }

@@ -119,15 +119,34 @@ fn in_words(message: &str, place: &str) -> String {
     }
 }
 
-/// Keys that a reader expects in a `[[container]]`, and why there are none.
-const NO_CONTAINERS: [(&str, &str); 2] = [
+/// Keys that a reader expects in a table, a key by which the table is recognised, and what to write
+/// instead.
+const ELSEWHERE: [(&[&str], &str, &str); 5] = [
     (
-        "ellipse",
+        &["gravity", "acceleration"],
+        "sides",
+        "gravity is a table of its own: [gravity] with `acceleration`",
+    ),
+    (
+        &["gravity"],
+        "observe",
+        "gravity is a table of its own, [gravity] with `acceleration`, or the key of a [[stage]]",
+    ),
+    (
+        &["persistence", "persistence_time"],
+        "rotational_diffusion",
+        "the persistence time τ of active bodies is given by `rotational_diffusion` = 1/τ",
+    ),
+    // Only containers have a stadium.
+    (
+        &["ellipse"],
+        "stadium",
         "there is no elliptic container, because a disc can touch an ellipse from inside at two \
          points at once, and such contacts are not certified: use `circle` or `stadium`",
     ),
     (
-        "arc",
+        &["arc"],
+        "stadium",
         "an arc encloses nothing: give it as a wall, [[wall]] with `arc`, or use `circle`, \
          `stadium` or `mushroom`",
     ),
@@ -140,10 +159,11 @@ pub(crate) fn suggestion(message: &str) -> String {
     match names.next() {
         Some(word) if message.starts_with("unknown ") => {
             let (near, full): (String, Vec<&str>) = (format!("atom_{word}"), names.collect());
-            let no_container = NO_CONTAINERS.iter().find(|(name, _)| *name == word);
-            // The other tables have no stadium.
-            if let (Some((_, reason)), true) = (no_container, full.contains(&"stadium")) {
-                return format!("; {reason}");
+            let elsewhere = ELSEWHERE
+                .iter()
+                .find(|(keys, of_table, _)| keys.contains(&word) && full.contains(of_table));
+            if let Some((.., instead)) = elsewhere {
+                return format!("; {instead}");
             }
             // A gas of discs has `radius` and `mass`, a molecule `atom_radius` and `atom_mass`.
             let of_atoms = full.iter().find(|name| **name == near);
@@ -170,13 +190,44 @@ mod tests {
         let text = "unknown field `radius`, expected one of `at`, `atom_radius`, `atom_mass`";
         assert_eq!(suggestion(text), "; did you mean `atom_radius`?");
         assert_eq!(suggestion("unknown field `xyz`, there are no fields"), "");
-        let keys = "expected one of `tags`, `circle`, `stadium`, `mushroom`, `temperature`";
-        for (key, reason) in NO_CONTAINERS {
-            let text = format!("unknown field `{key}`, {keys}");
-            assert_eq!(suggestion(&text), format!("; {reason}"));
-        }
         let text = "unknown field `ellipse`, expected one of `shape`, `ellipses`";
         assert_eq!(suggestion(text), "; did you mean `ellipses`?");
+    }
+
+    #[test]
+    fn keys_in_a_wrong_table_are_told_their_place() {
+        let message = |text: &str| crate::Scene::from_toml(text).unwrap_err().to_string();
+        for (table, key, expected) in [
+            ("[box]", "gravity", "[gravity] with `acceleration`"),
+            ("[box]", "acceleration", "[gravity] with `acceleration`"),
+            ("[run]", "gravity", "or the key of a [[stage]]"),
+            (
+                "[[stage.thermostat]]",
+                "persistence",
+                "`rotational_diffusion` = 1/τ",
+            ),
+            (
+                "[[stage.thermostat]]",
+                "persistence_time",
+                "`rotational_diffusion` = 1/τ",
+            ),
+            (
+                "[[container]]",
+                "ellipse",
+                "such contacts are not certified",
+            ),
+            ("[[container]]", "arc", "an arc encloses nothing"),
+        ] {
+            let stage = if table.contains("stage") {
+                "[[stage]]\nuntil = 1.0\n"
+            } else {
+                ""
+            };
+            let found = message(&format!("{stage}{table}\n{key} = 2.0\n"));
+            assert!(found.contains(expected), "{table} {key}: {found}");
+        }
+        // In another table the nearest key is meant.
+        assert!(!message("[gravity]\ngravity = 2.0\n").contains("table of its own"));
     }
 
     #[test]

@@ -181,67 +181,62 @@ pub(crate) fn contact_length(points: [DVec2; 2], molecules: [&Molecule; 2], fact
 
 /// Refuses bonds of bodies that cannot be tied, and where images are ambiguous.
 fn refuse_impossible(world: &World, entry: impl Fn(usize) -> String) -> Result<(), SceneError> {
-    let problem = |bond: &Bond, problem: String| Err(problem_of(bond, &entry, problem));
-    let side = world.bounds.sides().min_element();
     for bond in world.bonds() {
-        let bodies = bond.bodies.map(|body| &world.bodies[body as usize]);
-        let reach = bond.tether.reach();
-        if reach > MAX_SHARE * side {
-            return problem(
-                bond,
-                format!(
-                    "lets their centres be {reach:?} apart (length), so that two images are equally near: it must \
-                     be less than half the shorter side, {:?}",
-                    0.5 * side
-                ),
-            );
-        }
-        let [shortest, longest] = bond.tether.bounds();
-        let factor = world.pairs.factor(bodies[0], bodies[1]);
-        let molecules = bodies.map(Body::molecule);
-        let shortest = shortest.max(contact_length(bond.tether.points(), molecules, factor));
-        let least = MIN_ROOM * world.bounds.sides().max_element();
-        if longest - shortest < least {
-            return problem(
-                bond,
-                format!(
-                    "leaves its length a room of {:?}: it must be at least 1e-10 of the longer side, {least:?} (length)",
-                    longest - shortest
-                ),
-            );
-        }
-        if bodies.iter().any(|body| body.is_wall()) {
-            return problem(
-                bond,
-                "ties a wall: tie bodies to bumpers instead".to_owned(),
-            );
-        }
-        if bodies.iter().all(|body| !body.is_free()) {
-            return problem(bond, "ties two fixed bodies".to_owned());
-        }
-        if world.has_gravity() && bodies.iter().any(|body| !body.is_free()) {
-            return problem(
-                bond,
-                "ties a fixed body, which does not go with gravity".to_owned(),
-            );
-        }
-        let beside = bond.tether.points().map(|point| point != DVec2::ZERO);
-        let is_held = |n: usize| {
-            let body = bodies[n];
-            let turns = body.inertia().inverse_moment > 0.0;
-            beside[n] && body.molecule().is_round() && turns && !body.can_turn()
-        };
-        if is_held(0) || is_held(1) {
-            return problem(
-                bond,
-                "ties a disc beside its centre, but its contacts are smooth, so that it does not turn: tie it at its \
-                 centre, lock it, or make its contacts rough (`elasticity.tangential`)"
-                    .to_owned(),
-            );
-        }
-        if world.is_sheared() {
-            return problem(bond, "does not go with a shear".to_owned());
+        let problem = problem_of_lengths(world, bond).or_else(|| problem_of_bodies(world, bond));
+        if let Some(problem) = problem {
+            return Err(problem_of(bond, &entry, problem));
         }
     }
     Ok(())
+}
+
+/// What is wrong with the bounds of a bond in this box, if anything.
+fn problem_of_lengths(world: &World, bond: &Bond) -> Option<String> {
+    let sides = world.bounds.sides();
+    let reach = bond.tether.reach();
+    if reach > MAX_SHARE * sides.min_element() {
+        return Some(format!(
+            "lets their centres be {reach:?} apart (length), so that two images are equally near: it must \
+             be less than half the shorter side, {:?}",
+            0.5 * sides.min_element()
+        ));
+    }
+    let bodies = bond.bodies.map(|body| &world.bodies[body as usize]);
+    let [shortest, longest] = bond.tether.bounds();
+    let factor = world.pairs.factor(bodies[0], bodies[1]);
+    let molecules = bodies.map(Body::molecule);
+    let shortest = shortest.max(contact_length(bond.tether.points(), molecules, factor));
+    let least = MIN_ROOM * sides.max_element();
+    (longest - shortest < least).then(|| {
+        format!(
+            "leaves its length a room of {:?}: it must be at least 1e-10 of the longer side, {least:?} (length)",
+            longest - shortest
+        )
+    })
+}
+
+/// What forbids to tie the bodies of a bond, if anything.
+fn problem_of_bodies(world: &World, bond: &Bond) -> Option<String> {
+    let bodies = bond.bodies.map(|body| &world.bodies[body as usize]);
+    let beside = bond.tether.points().map(|point| point != DVec2::ZERO);
+    let is_held = |n: usize| {
+        let body = bodies[n];
+        let turns = body.inertia().inverse_moment > 0.0;
+        beside[n] && body.molecule().is_round() && turns && !body.can_turn()
+    };
+    let problem = if bodies.iter().any(|body| body.is_wall()) {
+        "ties a wall: tie bodies to bumpers instead"
+    } else if bodies.iter().all(|body| !body.is_free()) {
+        "ties two fixed bodies"
+    } else if world.has_gravity() && bodies.iter().any(|body| !body.is_free()) {
+        "ties a fixed body, which does not go with gravity"
+    } else if is_held(0) || is_held(1) {
+        "ties a disc beside its centre, but its contacts are smooth, so that it does not turn: tie it at its \
+         centre, lock it, or make its contacts rough (`elasticity.tangential`)"
+    } else if world.is_sheared() {
+        "does not go with a shear"
+    } else {
+        return None;
+    };
+    Some(problem.to_owned())
 }

@@ -55,63 +55,24 @@ pub(crate) fn place(
     species: &[Species],
     random: &mut Pcg64,
 ) -> Result<Option<PlacedChains>, SceneError> {
-    let chains = species.iter().filter_map(|gas| gas.spec.chain.as_ref());
-    let reach = |chain: &ChainSpec| {
-        let arms = chain.tether.points.map(|point| DVec2::from(point).length());
-        chain.tether.max + arms[0] + arms[1]
+    let chains = || {
+        species
+            .iter()
+            .filter_map(|gas| Some((gas, gas.spec.chain.as_ref()?)))
     };
-    let Some(longest) = chains.map(reach).reduce(f64::max) else {
+    let Some(longest) = chains().map(|(_, chain)| reach(chain)).reduce(f64::max) else {
         return Ok(None);
     };
-    let side = world.bounds().sides().min_element();
-    let is_too_long = |gas: &&Species| {
-        gas.spec
-            .chain
-            .as_ref()
-            .is_some_and(|chain| reach(chain) > MAX_SHARE * side)
-    };
-    if let Some(gas) = species.iter().find(is_too_long) {
-        let problem = format!(
-            "`chain.tether.max` lets the centres of members be {:?} apart (length), so that two images are equally near: \
-             it must be less than half the shorter side, {:?}",
-            gas.spec.chain.as_ref().map_or(longest, reach),
-            0.5 * side
-        );
-        return Err(SceneError::of_entry(&gas.entry, problem));
+    for (gas, chain) in chains() {
+        refuse_long_tether(gas, chain, world)?;
     }
-    let sizes = species.iter().flat_map(|gas| {
-        let radius = |index| gas.molecule(index).bounding_radius();
-        gas.groups()
-            .map(move |(index, count)| (radius(index), count))
-    });
-    let mut room = Room {
-        sites: Sites::with_more(world, sizes),
-        world: world.clone(),
-        bonds: BondCells::new(*world.bounds(), longest),
-    };
-    for body in 0..world.bodies().len() {
-        room.sites.add(world, body);
-    }
+    let mut room = Room::new(world, species, longest);
     let mut places = vec![Vec::new(); species.len()];
     for (gas, places) in species.iter().zip(&mut places) {
         let Some(chain) = &gas.spec.chain else {
             continue;
         };
-        let [shortest, longest] = gas.room_of_tether(chain, [0; 2], world);
-        if gas.is_equal() && shortest >= longest {
-            let problem = "the members of a chain, discs tied at their centres, touch each other beyond \
-                           `chain.tether.max`: give a longer tether, or make them transparent to each other";
-            return Err(SceneError::of_entry(&gas.entry, problem));
-        }
-        let most = gas.most_arms(chain, world);
-        if chain.arms > most {
-            let problem = format!(
-                "a star of {} `chain.arms` does not fit: at most {most} discs have room around one within \
-                 `chain.tether.max`; give fewer arms or a longer tether",
-                chain.arms
-            );
-            return Err(SceneError::of_entry(&gas.entry, problem));
-        }
+        refuse_impossible_members(gas, chain, world)?;
         for start in (0..gas.count).step_by(chain.members) {
             let motions = room.place_chain(gas, chain, start, random)?;
             places.extend(motions.iter().map(|motion| Place {
@@ -124,6 +85,51 @@ pub(crate) fn place(
         world: room.world,
         places,
     }))
+}
+
+/// The largest distance of the centres of two members that are tied (length).
+fn reach(chain: &ChainSpec) -> f64 {
+    let arms = chain.tether.points.map(|point| DVec2::from(point).length());
+    chain.tether.max + arms[0] + arms[1]
+}
+
+/// Refuses tethers so long that two images of a member are equally near.
+fn refuse_long_tether(gas: &Species, chain: &ChainSpec, world: &World) -> Result<(), SceneError> {
+    let side = world.bounds().sides().min_element();
+    if reach(chain) > MAX_SHARE * side {
+        let problem = format!(
+            "`chain.tether.max` lets the centres of members be {:?} apart (length), so that two images are equally near: \
+             it must be less than half the shorter side, {:?}",
+            reach(chain),
+            0.5 * side
+        );
+        return Err(SceneError::of_entry(&gas.entry, problem));
+    }
+    Ok(())
+}
+
+/// Refuses members that overlap each other at any length of the tether.
+fn refuse_impossible_members(
+    gas: &Species,
+    chain: &ChainSpec,
+    world: &World,
+) -> Result<(), SceneError> {
+    let [shortest, longest] = gas.room_of_tether(chain, [0; 2], world);
+    if gas.is_equal() && shortest >= longest {
+        let problem = "the members of a chain, discs tied at their centres, touch each other beyond \
+                       `chain.tether.max`: give a longer tether, or make them transparent to each other";
+        return Err(SceneError::of_entry(&gas.entry, problem));
+    }
+    let most = gas.most_arms(chain, world);
+    if chain.arms > most {
+        let problem = format!(
+            "a star of {} `chain.arms` does not fit: at most {most} discs have room around one within \
+             `chain.tether.max`; give fewer arms or a longer tether",
+            chain.arms
+        );
+        return Err(SceneError::of_entry(&gas.entry, problem));
+    }
+    Ok(())
 }
 
 /// The bodies of a world and the chains placed so far.
@@ -197,6 +203,25 @@ impl BondCells {
 }
 
 impl Room {
+    /// The bodies of a world, with cells for all molecules of these gases and for bonds of this
+    /// length.
+    fn new(world: &World, species: &[Species], longest: f64) -> Self {
+        let sizes = species.iter().flat_map(|gas| {
+            let radius = |index| gas.molecule(index).bounding_radius();
+            gas.groups()
+                .map(move |(index, count)| (radius(index), count))
+        });
+        let mut room = Self {
+            sites: Sites::with_more(world, sizes),
+            world: world.clone(),
+            bonds: BondCells::new(*world.bounds(), longest),
+        };
+        for body in 0..world.bodies().len() {
+            room.sites.add(world, body);
+        }
+        room
+    }
+
     /// Places the chain of a gas whose first member has the index `start`.
     fn place_chain(
         &mut self,

@@ -22,14 +22,11 @@ pub(crate) fn fit_box(scene: &mut Scene, table: &toml::Table) -> Result<(), Scen
         let (Some(count), Some(fraction)) = (gas.count, gas.area_fraction) else {
             continue;
         };
-        let problem = |problem: String| SceneError::Entry {
-            entry: format!("gas[{index}]"),
-            problem,
-        };
-        if table
+        let problem = |problem: String| SceneError::of_entry(&format!("gas[{index}]"), problem);
+        let has_sides = table
             .get("box")
-            .is_some_and(|sides| sides.get("sides").is_some())
-        {
+            .is_some_and(|sides| sides.get("sides").is_some());
+        if has_sides {
             return Err(problem(
                 "`count` and `area_fraction` together set the sides of the box: leave `box.sides` out, or one of the \
                  two"
@@ -42,22 +39,8 @@ pub(crate) fn fit_box(scene: &mut Scene, table: &toml::Table) -> Result<(), Scen
                  and below 1, but they are {count} and {fraction}"
             )));
         }
-        if gas.has_drawn_sizes() {
-            return Err(problem(
-                "`count` and `area_fraction` set the sides of the box for equal molecules alone: with drawn sizes give \
-                 `box.sides`"
-                    .to_owned(),
-            ));
-        }
-        if gas.region.is_some() {
-            return Err(problem(
-                "`region` needs a box of given sides: give `box.sides`".to_owned(),
-            ));
-        }
-        if !scene.container.is_empty() {
-            return Err(problem(
-                "a `[[container]]` needs a box of given sides: give `box.sides`".to_owned(),
-            ));
+        if let Some(need) = need_of_sides(scene, index) {
+            return Err(problem(need.to_owned()));
         }
         scene.gas[index].area_fraction = None;
         let unit = PeriodicBox::new(DVec2::ONE).map_err(|error| problem(error.to_string()))?;
@@ -77,6 +60,23 @@ pub(crate) fn fit_box(scene: &mut Scene, table: &toml::Table) -> Result<(), Scen
         scene.bounds.sides = [side, side];
     }
     Ok(())
+}
+
+/// What in a scene needs a box of given sides, if anything.
+fn need_of_sides(scene: &Scene, gas: usize) -> Option<&'static str> {
+    let gas = &scene.gas[gas];
+    if gas.has_drawn_sizes() {
+        Some(
+            "`count` and `area_fraction` set the sides of the box for equal molecules alone: with drawn sizes give \
+             `box.sides`",
+        )
+    } else if gas.region.is_some() {
+        Some("`region` needs a box of given sides: give `box.sides`")
+    } else if !scene.container.is_empty() {
+        Some("a `[[container]]` needs a box of given sides: give `box.sides`")
+    } else {
+        None
+    }
 }
 
 #[cfg(test)]

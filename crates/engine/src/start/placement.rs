@@ -152,159 +152,298 @@ impl Budget {
 /// Positions for the molecules of each kind.
 fn place_kinds(
     world: &World,
-    species: &[Kind<'_>],
+    kinds: &[Kind<'_>],
     random: &mut Pcg64,
     budget: &mut Budget,
 ) -> Result<Vec<Vec<DVec2>>, SceneError> {
-    let mut places: Vec<Vec<DVec2>> = species
-        .iter()
-        .map(|kind| Vec::with_capacity(kind.count.min(1 << 24)))
-        .collect();
-    let mut by_size: Vec<usize> = (0..species.len()).collect();
+    let mut by_size: Vec<usize> = (0..kinds.len()).collect();
     by_size.sort_by(|&i, &j| {
-        let radius = |k: usize| species[k].molecule.bounding_radius();
+        let radius = |k: usize| kinds[k].molecule.bounding_radius();
         radius(j).total_cmp(&radius(i)).then(i.cmp(&j))
     });
-    let kinds = species
-        .iter()
-        .map(|kind| (kind.molecule.bounding_radius(), kind.count));
-    let mut sites = Sites::with_more(world, kinds);
-    for index in 0..world.bodies().len() {
-        sites.add(world, index);
-    }
+    let mut placing = Placing::new(world, kinds);
     let mut rest = &by_size[..];
-    while let Some(&first) = rest.first() {
+    while !rest.is_empty() {
+        let (class, smaller) = rest.split_at(placing.place_similar(rest, random, budget)?);
+        if !smaller.is_empty() {
+            placing.add_to_sites(class);
+        }
+        rest = smaller;
+    }
+    Ok(placing.places)
+}
+
+/// The placement of all kinds, one class of kinds of similar size after another.
+struct Placing<'a> {
+    world: &'a World,
+    kinds: &'a [Kind<'a>],
+    /// The bodies of the world, and the molecules of the classes before.
+    sites: Sites,
+    /// The places of each kind.
+    places: Vec<Vec<DVec2>>,
+}
+
+impl<'a> Placing<'a> {
+    fn new(world: &'a World, kinds: &'a [Kind<'a>]) -> Self {
+        let sizes = kinds
+            .iter()
+            .map(|kind| (kind.molecule.bounding_radius(), kind.count));
+        let mut sites = Sites::with_more(world, sizes);
+        for index in 0..world.bodies().len() {
+            sites.add(world, index);
+        }
+        Self {
+            world,
+            kinds,
+            sites,
+            places: kinds
+                .iter()
+                .map(|kind| Vec::with_capacity(kind.count.min(1 << 24)))
+                .collect(),
+        }
+    }
+
+    /// Places the first of the kinds that are left, which are in the order of their size, and those
+    /// of similar size, and returns the number of these kinds.
+    fn place_similar(
+        &mut self,
+        rest: &[usize],
+        random: &mut Pcg64,
+        budget: &mut Budget,
+    ) -> Result<usize, SceneError> {
         // Kinds of similar size share one lattice: around the larger ones a finer lattice might not
         // fit. If the shared lattice is too coarse for all of them, fewer share it.
-        let largest = species[first].molecule.bounding_radius();
+        let first = &self.kinds[rest[0]];
+        let largest = first.molecule.bounding_radius();
         let (mut placed, mut tried) = (Ok(0), 0);
         for share in [0.5, 0.75, 1.0] {
             let is_alike = |kind: &Kind<'_>| {
                 kind.molecule.bounding_radius() >= share * largest
-                    && kind.region() == species[first].region()
-                    && kind.gas.pair_tags == species[first].gas.pair_tags
+                    && kind.region() == first.region()
+                    && kind.gas.pair_tags == first.gas.pair_tags
             };
-            let alike = rest.iter().take_while(|&&k| is_alike(&species[k])).count();
+            let alike = rest
+                .iter()
+                .take_while(|&&k| is_alike(&self.kinds[k]))
+                .count();
             if alike == tried {
                 continue;
             }
             tried = alike;
             let trial = &mut random.clone();
-            placed = place_class(
-                world,
-                &sites,
-                species,
-                &rest[..alike],
-                &mut places,
-                (trial, budget),
-            )
-            .map(|()| alike);
+            placed = self
+                .place_class(&rest[..alike], trial, budget)
+                .map(|()| alike);
             if placed.is_ok() {
                 *random = trial.clone();
                 break;
             }
         }
-        let class = &rest[..placed?];
-        rest = &rest[class.len()..];
-        if !rest.is_empty() {
-            for &kind in class {
-                let Kind { molecule, gas, .. } = &species[kind];
-                places[kind].iter().for_each(|&place| {
-                    sites.add_circle(world.bounds(), place, molecule, &gas.pair_tags);
-                });
+        placed
+    }
+
+    /// Places all kinds of one class.
+    fn place_class(
+        &mut self,
+        class: &[usize],
+        random: &mut Pcg64,
+        budget: &mut Budget,
+    ) -> Result<(), SceneError> {
+        if class.iter().all(|&kind| self.kinds[kind].count == 0) {
+            return Ok(());
+        }
+        let class = SimilarKinds::new(self, class)?;
+        let (places, kinds) = if class.is_ideal {
+            (class.independent_places(random)?, class.kind_of_each())
+        } else {
+            class.lattice_places(random, budget)?
+        };
+        for (place, kind) in places.into_iter().zip(kinds) {
+            self.places[kind].push(place);
+        }
+        Ok(())
+    }
+
+    /// Makes the molecules of a class obstacles to those that follow.
+    fn add_to_sites(&mut self, class: &[usize]) {
+        for &kind in class {
+            let Kind { molecule, gas, .. } = &self.kinds[kind];
+            for &place in &self.places[kind] {
+                self.sites
+                    .add_circle(self.world.bounds(), place, molecule, &gas.pair_tags);
             }
         }
     }
-    Ok(places)
 }
 
-/// Places all kinds of one class on one lattice.
-#[expect(
-    clippy::too_many_lines,
-    reason = "one loop over the sites of a lattice"
-)]
-fn place_class(
-    world: &World,
-    sites: &Sites,
-    species: &[Kind<'_>],
-    class: &[usize],
-    places: &mut [Vec<DVec2>],
-    (random, budget): (&mut Pcg64, &mut Budget),
-) -> Result<(), SceneError> {
-    let requested: usize = class.iter().map(|&k| species[k].count).sum();
-    if requested == 0 {
-        return Ok(());
+/// Kinds of similar size with one region and the same tags in rules of pairs, which share one
+/// lattice.
+struct SimilarKinds<'a> {
+    placing: &'a Placing<'a>,
+    /// Indices of the kinds, the largest first.
+    kinds: &'a [usize],
+    /// Number of molecules of these kinds.
+    requested: usize,
+    /// The gas of the largest kind.
+    gas: &'a Species,
+    region: Region,
+    pockets: Pockets,
+    /// A disc as large as the largest molecule with the gap about it.
+    probe: Molecule,
+    /// Whether its molecules do not see each other.
+    is_ideal: bool,
+    /// Half the distance that the centres of two of its molecules must keep (length).
+    radius: f64,
+    /// The first corner of the region (length).
+    corner: DVec2,
+    /// A periodic box of the size of the region, for the lattice.
+    field: PeriodicBox,
+}
+
+impl<'a> SimilarKinds<'a> {
+    fn new(placing: &'a Placing<'a>, kinds: &'a [usize]) -> Result<Self, SceneError> {
+        let (world, largest) = (placing.world, &placing.kinds[kinds[0]]);
+        let gas = largest.gas;
+        let own = largest.molecule.bounding_radius() * (1.0 + MIN_GAP);
+        // All molecules of a class have the same tags where rules apply to pairs of them.
+        let factor = world.pairs.factor_of_tags(&gas.pair_tags, &gas.pair_tags);
+        let is_ideal = factor == 0.0;
+        let radius = if is_ideal { own } else { factor * own };
+        let region = largest.region().unwrap_or_default();
+        let (corner, field) =
+            field(world.bounds(), &region, radius).map_err(geometry(&gas.entry))?;
+        let probe = Molecule::disc(own, 1.0).map_err(geometry(&gas.entry))?;
+        let pockets = pockets(world, placing.kinds, kinds).map_err(geometry(&gas.entry))?;
+        Ok(Self {
+            placing,
+            kinds,
+            requested: kinds.iter().map(|&k| placing.kinds[k].count).sum(),
+            gas,
+            region,
+            pockets,
+            probe,
+            is_ideal,
+            radius,
+            corner,
+            field,
+        })
     }
-    let gas = species[class[0]].gas;
-    let own = species[class[0]].molecule.bounding_radius() * (1.0 + MIN_GAP);
-    // All molecules of a class have the same tags where rules apply to pairs of them.
-    let factor = world.pairs.factor_of_tags(&gas.pair_tags, &gas.pair_tags);
-    let is_ideal = factor == 0.0;
-    let radius = if is_ideal { own } else { factor * own };
-    let full = |placed: usize| {
+
+    fn bounds(&self) -> &PeriodicBox {
+        self.placing.world.bounds()
+    }
+
+    /// The kind of each molecule, kind after kind.
+    fn kind_of_each(&self) -> Vec<usize> {
+        self.kinds
+            .iter()
+            .flat_map(|&k| std::iter::repeat_n(k, self.placing.kinds[k].count))
+            .collect()
+    }
+
+    /// Whether a molecule of the class may be placed here, as far as the bodies and the classes
+    /// before limit it.
+    fn is_free(&self, place: DVec2) -> bool {
+        let Placing { world, sites, .. } = self.placing;
+        self.region.contains(self.bounds(), place)
+            && !self.pockets.contain(self.bounds(), place)
+            && sites
+                .nearest(
+                    world,
+                    &self.probe,
+                    &Motion::at_rest(place),
+                    &self.gas.pair_tags,
+                )
+                .is_none_or(|(_, gap)| gap > 0.0)
+    }
+
+    /// The error of a class of which only this number of molecules fits.
+    fn full(&self, placed: usize) -> SceneError {
+        let Placing { kinds, places, .. } = self.placing;
         // Molecules of drawn sizes are counted with those of their gas that are already placed.
         let before = |k: usize| {
-            if std::ptr::eq(species[k].gas, gas) {
+            if std::ptr::eq(kinds[k].gas, self.gas) {
                 places[k].len()
             } else {
                 0
             }
         };
-        let (placed, requested) = if gas.is_equal() {
-            (placed, requested)
+        let (placed, requested) = if self.gas.is_equal() {
+            (placed, self.requested)
         } else {
             (
-                placed + (0..species.len()).map(before).sum::<usize>(),
-                requested.max(gas.count),
+                placed + (0..kinds.len()).map(before).sum::<usize>(),
+                self.requested.max(self.gas.count),
             )
         };
         SceneError::Full {
-            entry: gas.entry.clone(),
+            entry: self.gas.entry.clone(),
             placed,
             requested,
         }
-    };
-    let region = species[class[0]].region().unwrap_or_default();
-    let (corner, field) = field(world.bounds(), &region, radius).map_err(geometry(&gas.entry))?;
-    let probe = Molecule::disc(own, 1.0).map_err(geometry(&species[class[0]].gas.entry))?;
-    let pockets = pockets(world, species, class).map_err(geometry(&gas.entry))?;
-    let free_at = |place: DVec2| {
-        region.contains(world.bounds(), place)
-            && !pockets.contain(world.bounds(), place)
-            && sites
-                .nearest(world, &probe, &Motion::at_rest(place), &gas.pair_tags)
-                .is_none_or(|(_, gap)| gap > 0.0)
-    };
-    if is_ideal {
-        // Molecules that do not see each other have independent places.
-        let mut drawn = std::iter::repeat_with(|| region.draw(world.bounds(), random));
-        let mut found = Vec::with_capacity(requested.min(1 << 24));
-        while found.len() < requested {
-            let place = drawn.by_ref().take(TRIALS).find(|&place| free_at(place));
-            found.push(place.ok_or_else(|| full(found.len()))?);
-        }
-        let mut found = found.into_iter();
-        for &kind in class {
-            places[kind].extend(found.by_ref().take(species[kind].count));
-        }
-        return Ok(());
     }
-    // More molecules than fit in any case are refused before a lattice is built.
-    let reach = (region.extent(world.bounds()) + 2.0 * radius).min(world.bounds().sides());
-    let densest = reach.x * reach.y / (3f64.sqrt() * 2.0 * radius * radius);
-    if requested as f64 > 1.1 * densest + 2.0 {
-        return Err(full(densest as usize));
+
+    /// Places of molecules that do not see each other.
+    fn independent_places(&self, random: &mut Pcg64) -> Result<Vec<DVec2>, SceneError> {
+        let mut drawn = std::iter::repeat_with(|| self.region.draw(self.bounds(), random));
+        let mut found = Vec::with_capacity(self.requested.min(1 << 24));
+        while found.len() < self.requested {
+            let place = drawn
+                .by_ref()
+                .take(TRIALS)
+                .find(|&place| self.is_free(place));
+            found.push(place.ok_or_else(|| self.full(found.len()))?);
+        }
+        Ok(found)
     }
-    let is_part = field != *world.bounds();
-    let mut most = 0;
-    let (lattice, free) = 'found: {
-        for attempt in attempts(&field, requested, radius) {
+
+    /// Places about free sites of a lattice, and the kind of the molecule at each.
+    fn lattice_places(
+        &self,
+        random: &mut Pcg64,
+        budget: &mut Budget,
+    ) -> Result<(Vec<DVec2>, Vec<usize>), SceneError> {
+        self.refuse_too_many()?;
+        let (lattice, free) = self.free_sites(random, budget)?;
+        // A random choice in the order of the lattice: neighbours in space remain neighbours in
+        // memory.
+        let free = choose(free, self.requested, random);
+        let mut kinds = self.kind_of_each();
+        kinds.shuffle(random);
+        let displaced = |site: DVec2| {
+            let moved = site + lattice.slack * random.random::<f64>().sqrt() * direction(random);
+            if self.is_free(moved) { moved } else { site }
+        };
+        Ok((free.into_iter().map(displaced).collect(), kinds))
+    }
+
+    /// Refuses more molecules than fit in any case, before a lattice is built.
+    fn refuse_too_many(&self) -> Result<(), SceneError> {
+        let (bounds, radius) = (self.bounds(), self.radius);
+        let reach = (self.region.extent(bounds) + 2.0 * radius).min(bounds.sides());
+        let densest = reach.x * reach.y / (3f64.sqrt() * 2.0 * radius * radius);
+        if self.requested as f64 > 1.1 * densest + 2.0 {
+            return Err(self.full(densest as usize));
+        }
+        Ok(())
+    }
+
+    /// The first lattice with enough free sites, and these.
+    fn free_sites(
+        &self,
+        random: &mut Pcg64,
+        budget: &mut Budget,
+    ) -> Result<(Lattice, Vec<DVec2>), SceneError> {
+        let mut most = 0;
+        for attempt in attempts(&self.field, self.requested, self.radius) {
             let lattice = match attempt {
-                Attempt::Spacing(spacing) => Lattice::new(&field, spacing, radius, random),
-                Attempt::Sites(sites) => Lattice::thinned(&field, sites, radius, random),
+                Attempt::Spacing(spacing) => {
+                    Lattice::new(&self.field, spacing, self.radius, random)
+                }
+                Attempt::Sites(sites) => Lattice::thinned(&self.field, sites, self.radius, random),
             };
             let Some(lattice) = lattice else { continue };
-            if lattice.capacity() < requested {
+            if lattice.capacity() < self.requested {
                 most = most.max(lattice.capacity());
                 continue;
             }
@@ -312,39 +451,30 @@ fn place_class(
                 break;
             }
             budget.0 = budget.0.saturating_sub(lattice.capacity());
-            let sites = (0..lattice.capacity()).map(|k| lattice.site(k));
-            // Sites beyond a part of the box are those at its other side.
-            let in_region = |site: DVec2| {
-                if is_part {
-                    corner + field.wrap(site).0
-                } else {
-                    site
-                }
-            };
-            let free: Vec<DVec2> = sites
-                .map(in_region)
-                .filter(|&place| free_at(place))
-                .collect();
+            let free = self.free_sites_of(&lattice);
             most = most.max(free.len());
-            if free.len() >= requested {
-                break 'found (lattice, free);
+            if free.len() >= self.requested {
+                return Ok((lattice, free));
             }
         }
-        return Err(full(most));
-    };
-    // A random choice in the order of the lattice: neighbours in space remain neighbours in memory.
-    let free = choose(free, requested, random);
-    let mut kinds: Vec<usize> = class
-        .iter()
-        .flat_map(|&k| std::iter::repeat_n(k, species[k].count))
-        .collect();
-    kinds.shuffle(random);
-    for (site, kind) in free.into_iter().zip(kinds) {
-        let moved = site + lattice.slack * random.random::<f64>().sqrt() * direction(random);
-        let place = if free_at(moved) { moved } else { site };
-        places[kind].push(place);
+        Err(self.full(most))
     }
-    Ok(())
+
+    fn free_sites_of(&self, lattice: &Lattice) -> Vec<DVec2> {
+        // Sites beyond a part of the box are those at its other side.
+        let is_part = self.field != *self.bounds();
+        let in_region = |site: DVec2| {
+            if is_part {
+                self.corner + self.field.wrap(site).0
+            } else {
+                site
+            }
+        };
+        (0..lattice.capacity())
+            .map(|k| in_region(lattice.site(k)))
+            .filter(|&place| self.is_free(place))
+            .collect()
+    }
 }
 
 /// The pockets in which no molecule of a class is placed: those for its smallest atom, which are

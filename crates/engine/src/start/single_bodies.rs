@@ -11,8 +11,11 @@ use crate::{
     contact::limits::refuse_slow,
     grid::Grid,
     scene::{
-        ArcSpec, MoleculeSpec, Scene, WallSpec, atom_spec::AtomSpec, container_spec::Cavity,
-        error::SceneError, piston_spec::PistonSpec,
+        ArcSpec, BumperSpec, MoleculeSpec, Scene, WallSpec,
+        atom_spec::AtomSpec,
+        container_spec::{Cavity, ContainerSpec},
+        error::SceneError,
+        piston_spec::PistonSpec,
     },
     start::{
         body_builder::{geometry, inertia, insert},
@@ -39,16 +42,33 @@ pub(crate) struct Singles {
 impl Singles {
     /// Creates the single bodies; overlaps are refused by [`Self::refuse_overlaps`].
     pub fn new(scene: &Scene, bounds: PeriodicBox) -> Result<Self, SceneError> {
-        let mut names = TagNames::default();
-        let mut world = World::new(bounds);
-        world.has_rough_contacts = scene.elasticity.is_rough();
-        let mut entries = Vec::new();
-        for (index, spec) in scene.molecule.iter().enumerate() {
+        let mut singles = Self {
+            world: World::new(bounds),
+            names: TagNames::default(),
+            entries: Vec::new(),
+        };
+        singles.world.has_rough_contacts = scene.elasticity.is_rough();
+        singles.add_molecules(&scene.molecule)?;
+        singles.add_bumpers(&scene.bumper)?;
+        singles.add_walls(&scene.wall)?;
+        let cavities = singles.add_containers(&scene.container)?;
+        singles.add_pistons(&scene.piston)?;
+        singles.refuse_outside(&cavities)?;
+        Ok(singles)
+    }
+
+    fn add_molecules(&mut self, specs: &[MoleculeSpec]) -> Result<(), SceneError> {
+        for (index, spec) in specs.iter().enumerate() {
             let entry = format!("molecule[{index}]");
-            add_molecule(&mut world, &mut names, spec, &entry)?;
-            entries.push(entry);
+            add_molecule(&mut self.world, &mut self.names, spec, &entry)?;
+            self.entries.push(entry);
         }
-        for (index, spec) in scene.bumper.iter().enumerate() {
+        Ok(())
+    }
+
+    /// Adds each bumper as a fixed molecule of one atom.
+    fn add_bumpers(&mut self, specs: &[BumperSpec]) -> Result<(), SceneError> {
+        for (index, spec) in specs.iter().enumerate() {
             let entry = format!("bumper[{index}]");
             let molecule = MoleculeSpec {
                 tags: spec.tags.clone(),
@@ -61,34 +81,51 @@ impl Singles {
                 fixed: true,
                 ..MoleculeSpec::default()
             };
-            add_molecule(&mut world, &mut names, &molecule, &entry)?;
-            entries.push(entry);
+            add_molecule(&mut self.world, &mut self.names, &molecule, &entry)?;
+            self.entries.push(entry);
         }
-        for (index, spec) in scene.wall.iter().enumerate() {
+        Ok(())
+    }
+
+    fn add_walls(&mut self, specs: &[WallSpec]) -> Result<(), SceneError> {
+        for (index, spec) in specs.iter().enumerate() {
             let entry = format!("wall[{index}]");
-            add_wall(&mut world, &mut names, spec, &entry)?;
-            entries.push(entry);
+            add_wall(&mut self.world, &mut self.names, spec, &entry)?;
+            self.entries.push(entry);
         }
+        Ok(())
+    }
+
+    /// Adds the walls of each container, and returns the spaces that they enclose.
+    fn add_containers(&mut self, specs: &[ContainerSpec]) -> Result<Vec<Cavity>, SceneError> {
         let mut cavities = Vec::new();
-        for (index, spec) in scene.container.iter().enumerate() {
+        for (index, spec) in specs.iter().enumerate() {
             let entry = format!("container[{index}]");
-            let cavity = spec.cavity(world.bounds().sides());
-            let cavity = cavity.map_err(|problem| SceneError::Entry {
-                entry: entry.clone(),
-                problem,
-            })?;
+            let cavity = spec
+                .cavity(self.world.bounds().sides())
+                .map_err(|problem| SceneError::of_entry(&entry, problem))?;
             cavities.push(cavity);
             for wall in spec.walls(cavity) {
-                add_wall(&mut world, &mut names, &wall, &entry)?;
-                entries.push(entry.clone());
+                add_wall(&mut self.world, &mut self.names, &wall, &entry)?;
+                self.entries.push(entry.clone());
             }
         }
-        for (index, spec) in scene.piston.iter().enumerate() {
+        Ok(cavities)
+    }
+
+    fn add_pistons(&mut self, specs: &[PistonSpec]) -> Result<(), SceneError> {
+        for (index, spec) in specs.iter().enumerate() {
             let entry = format!("piston[{index}]");
-            add_piston(&mut world, &mut names, spec, &entry)?;
-            entries.push(entry);
+            add_piston(&mut self.world, &mut self.names, spec, &entry)?;
+            self.entries.push(entry);
         }
-        // From outside, the arcs of a container would be passed.
+        Ok(())
+    }
+
+    /// Refuses free bodies outside the containers, if there are any: from outside, their arcs would
+    /// be passed.
+    fn refuse_outside(&self, cavities: &[Cavity]) -> Result<(), SceneError> {
+        let world = &self.world;
         let is_outside = |index: &usize| {
             let place = world.motions[*index].position;
             let holds = |cavity: &Cavity| cavity.contains(world.bounds(), place);
@@ -98,16 +135,12 @@ impl Singles {
             .find(is_outside)
             .filter(|_| !cavities.is_empty())
         {
-            return Err(SceneError::Entry {
-                entry: entries[body].clone(),
-                problem: "the molecule is outside the containers of the scene".to_owned(),
-            });
+            return Err(SceneError::of_entry(
+                &self.entries[body],
+                "the molecule is outside the containers of the scene",
+            ));
         }
-        Ok(Self {
-            world,
-            names,
-            entries,
-        })
+        Ok(())
     }
 
     /// The entry of the scene that describes a body, if the gases have these numbers of molecules.
@@ -149,68 +182,90 @@ pub(crate) fn add_molecule(
     spec: &MoleculeSpec,
     entry: &str,
 ) -> Result<crate::BodyKey, SceneError> {
-    let problem = |problem: &str| SceneError::Entry {
-        entry: entry.to_owned(),
-        problem: problem.to_owned(),
-    };
     let molecule = spec.molecule(entry)?;
-    let orientation = match (spec.orientation, spec.orientation_turns) {
-        (Some(_), Some(_)) => {
-            return Err(problem(
-                "give `orientation` or `orientation_turns`, not both",
-            ));
-        }
-        (Some(radians), None) => Orientation::from_radians(
-            check_length("orientation", radians).map_err(geometry(entry))?,
-        ),
-        (None, Some(turns)) => Orientation::from_turns(
-            check_length("orientation_turns", turns).map_err(geometry(entry))?,
-        ),
-        (None, None) => Orientation::default(),
-    };
-    for number in [spec.at, spec.velocity].as_flattened() {
-        check_length("a place or velocity", *number).map_err(geometry(entry))?;
-    }
-    let sides = world.bounds().sides();
-    if (DVec2::from(spec.at) / sides).abs().max_element() > MAX_DISTANCE_IN_BOXES {
-        return Err(problem(
-            "`at` must be at most 2^31 boxes away: farther out, rounding loses the position in the box",
-        ));
-    }
-    check_length("angular_velocity", spec.angular_velocity).map_err(geometry(entry))?;
-    let moves = spec.velocity != [0.0; 2] || spec.angular_velocity != 0.0;
-    if spec.fixed && moves {
-        return Err(problem(
-            "a fixed molecule must have no velocity and no angular velocity",
-        ));
-    }
-    if spec.angular_velocity != 0.0 && spec.rotation == Rotation::Locked {
-        return Err(problem(
-            "a molecule of locked rotation must have angular velocity 0",
-        ));
-    }
-    if spec.angular_velocity != 0.0 && molecule.is_disc() && !world.has_rough_contacts {
-        return Err(problem(
-            "a single disc must have angular velocity 0, which contacts without friction never change; give \
-             `[elasticity]` or one of its pairs a `tangential` above -1",
-        ));
-    }
+    let motion = molecule_motion(spec, world.bounds().sides(), entry)?;
+    refuse_impossible_motion(world, spec, &molecule, entry)?;
     let inertia = if spec.fixed {
         Inertia::FIXED
     } else {
         inertia(&molecule, spec.rotation)
-    };
-    let motion = Motion {
-        velocity: DVec2::from(spec.velocity),
-        orientation,
-        angular_velocity: spec.angular_velocity,
-        ..Motion::at_rest(DVec2::from(spec.at))
     };
     refuse_slow(entry, &motion, molecule.bounding_radius())?;
     Grid::refuse_giant(molecule.bounding_radius(), world.bodies().len(), world)
         .map_err(|reason| reason.named(|_| entry.to_owned()))?;
     let tags = names.intern_all(&spec.tags);
     Ok(insert(world, Arc::new(molecule), inertia, tags, motion))
+}
+
+/// The motion of a molecule of the scene, whose numbers must be in range.
+fn molecule_motion(spec: &MoleculeSpec, sides: DVec2, entry: &str) -> Result<Motion, SceneError> {
+    let orientation = molecule_orientation(spec, entry)?;
+    for number in [spec.at, spec.velocity].as_flattened() {
+        check_length("a place or velocity", *number).map_err(geometry(entry))?;
+    }
+    if is_too_far(spec.at.into(), sides) {
+        return Err(SceneError::of_entry(
+            entry,
+            "`at` must be at most 2^31 boxes away: farther out, rounding loses the position in the box",
+        ));
+    }
+    check_length("angular_velocity", spec.angular_velocity).map_err(geometry(entry))?;
+    Ok(Motion {
+        velocity: DVec2::from(spec.velocity),
+        orientation,
+        angular_velocity: spec.angular_velocity,
+        ..Motion::at_rest(DVec2::from(spec.at))
+    })
+}
+
+/// The orientation of a molecule of the scene, given in radians or in turns.
+fn molecule_orientation(spec: &MoleculeSpec, entry: &str) -> Result<Orientation, SceneError> {
+    let checked = |name, angle| check_length(name, angle).map_err(geometry(entry));
+    match (spec.orientation, spec.orientation_turns) {
+        (Some(_), Some(_)) => Err(SceneError::of_entry(
+            entry,
+            "give `orientation` or `orientation_turns`, not both",
+        )),
+        (Some(radians), None) => checked("orientation", radians).map(Orientation::from_radians),
+        (None, Some(turns)) => checked("orientation_turns", turns).map(Orientation::from_turns),
+        (None, None) => Ok(Orientation::default()),
+    }
+}
+
+/// Whether a place is so far from the box that its position in the box cannot be computed.
+fn is_too_far(place: DVec2, sides: DVec2) -> bool {
+    (place / sides).abs().max_element() > MAX_DISTANCE_IN_BOXES
+}
+
+/// Refuses the velocities that a body of this kind cannot have.
+fn refuse_impossible_motion(
+    world: &World,
+    spec: &MoleculeSpec,
+    molecule: &Molecule,
+    entry: &str,
+) -> Result<(), SceneError> {
+    let turns = spec.angular_velocity != 0.0;
+    let moves = spec.velocity != [0.0; 2] || turns;
+    if spec.fixed && moves {
+        return Err(SceneError::of_entry(
+            entry,
+            "a fixed molecule must have no velocity and no angular velocity",
+        ));
+    }
+    if turns && spec.rotation == Rotation::Locked {
+        return Err(SceneError::of_entry(
+            entry,
+            "a molecule of locked rotation must have angular velocity 0",
+        ));
+    }
+    if turns && molecule.is_disc() && !world.has_rough_contacts {
+        return Err(SceneError::of_entry(
+            entry,
+            "a single disc must have angular velocity 0, which contacts without friction never change; give \
+             `[elasticity]` or one of its pairs a `tangential` above -1",
+        ));
+    }
+    Ok(())
 }
 
 /// Largest length of a wall along x and along y, in sides of the box: the wall is listed in that
@@ -324,10 +379,43 @@ pub(crate) fn add_wall(
     spec: &WallSpec,
     entry: &str,
 ) -> Result<crate::BodyKey, SceneError> {
-    let problem = |problem: &str| SceneError::Entry {
-        entry: entry.to_owned(),
-        problem: problem.to_owned(),
+    let (centre, wall) = wall_shape(spec, world.bounds().sides(), entry)?;
+    let molecule = Arc::new(wall);
+    refuse_large_wall(entry, &molecule, world.bounds().sides())?;
+    if let Some(temperature) = spec
+        .temperature
+        .filter(|&temperature| !is_wall_temperature(temperature))
+    {
+        return Err(SceneError::of_entry(
+            entry,
+            format!(
+                "`temperature` of a wall must be from {MIN_TEMPERATURE:e} to {MAX_MAGNITUDE:e} (mass × length² / time²), \
+                 but is {temperature}"
+            ),
+        ));
+    }
+    if let Some(other) = coincident_wall(world, &molecule, centre, spec.temperature) {
+        let temperatures = [spec.temperature, world.bodies[other].wall_temperature()];
+        let problem = coincidence_of(temperatures, world.bounds().sides());
+        return Err(SceneError::of_entry(entry, problem));
+    }
+    if let Some(motion) = &spec.motion {
+        motion.of_wall(entry, &molecule, &Motion::at_rest(centre), world.bounds())?;
+    }
+    let tags = names.intern_all(&spec.tags);
+    let kind = BodyKind {
+        molecule,
+        inertia: Inertia::FIXED,
+        tags,
+        tag_class: 0,
+        has_rough_contacts: false,
+        temperature: spec.temperature,
     };
+    Ok(world.insert(kind, Motion::at_rest(centre)))
+}
+
+/// The place of a wall of the scene, and its shape about that place.
+fn wall_shape(spec: &WallSpec, sides: DVec2, entry: &str) -> Result<(DVec2, Molecule), SceneError> {
     let of_arc = spec.arc.map(|arc| [arc.at[0], arc.at[1], arc.from, arc.to]);
     let numbers = [spec.from, spec.to]
         .into_iter()
@@ -339,7 +427,6 @@ pub(crate) fn add_wall(
     for number in numbers {
         check_length("a place of a wall", number).map_err(geometry(entry))?;
     }
-    let sides = world.bounds().sides();
     let (centre, wall) = match (spec.from, spec.to, spec.x, spec.y, spec.arc) {
         (None, None, None, None, Some(arc)) => (DVec2::from(arc.at), arc_wall(&arc, spec.radius)),
         (Some(from), Some(to), None, None, None) => {
@@ -358,57 +445,35 @@ pub(crate) fn add_wall(
             wall_across(sides, DVec2::X, spec.radius),
         ),
         _ => {
-            return Err(problem(
+            return Err(SceneError::of_entry(
+                entry,
                 "give a wall `from` and `to`, or `x`, or `y`, or `arc`",
             ));
         }
     };
-    if (centre / sides).abs().max_element() > MAX_DISTANCE_IN_BOXES {
-        return Err(problem(
+    if is_too_far(centre, sides) {
+        return Err(SceneError::of_entry(
+            entry,
             "the wall must be at most 2^31 boxes away: farther out, rounding loses the position in the box",
         ));
     }
-    let molecule = Arc::new(wall.map_err(geometry(entry))?);
-    refuse_large_wall(entry, &molecule, sides)?;
-    if let Some(temperature) = spec
-        .temperature
-        .filter(|&temperature| !is_wall_temperature(temperature))
-    {
-        return Err(problem(&format!(
-            "`temperature` of a wall must be from {MIN_TEMPERATURE:e} to {MAX_MAGNITUDE:e} (mass × length² / time²), but is \
-             {temperature}"
-        )));
-    }
-    if let Some(other) = coincident_wall(world, &molecule, centre, spec.temperature) {
-        let temperature = |value: Option<f64>| {
-            value.map_or_else(
-                || "no temperature".to_owned(),
-                |value| format!("temperature {value}"),
-            )
-        };
-        return Err(problem(&format!(
-            "the wall has {}, but lies in the same place as another wall with {}; the box is periodic, so that its \
-             sides {} and {} are the same lines as 0, and a wall acts on both sides: for a gas between unlike walls, \
-             place one of them elsewhere, such as in the middle of the box",
-            temperature(spec.temperature),
-            temperature(world.bodies[other].wall_temperature()),
-            sides.x,
-            sides.y
-        )));
-    }
-    if let Some(motion) = &spec.motion {
-        motion.of_wall(entry, &molecule, &Motion::at_rest(centre), world.bounds())?;
-    }
-    let tags = names.intern_all(&spec.tags);
-    let kind = BodyKind {
-        molecule,
-        inertia: Inertia::FIXED,
-        tags,
-        tag_class: 0,
-        has_rough_contacts: false,
-        temperature: spec.temperature,
-    };
-    Ok(world.insert(kind, Motion::at_rest(centre)))
+    Ok((centre, wall.map_err(geometry(entry))?))
+}
+
+/// The problem of two walls in the same place with these temperatures.
+fn coincidence_of(temperatures: [Option<f64>; 2], sides: DVec2) -> String {
+    let [own, other] = temperatures.map(|temperature| {
+        temperature.map_or_else(
+            || "no temperature".to_owned(),
+            |value| format!("temperature {value}"),
+        )
+    });
+    format!(
+        "the wall has {own}, but lies in the same place as another wall with {other}; the box is periodic, so that its \
+         sides {} and {} are the same lines as 0, and a wall acts on both sides: for a gas between unlike walls, \
+         place one of them elsewhere, such as in the middle of the box",
+        sides.x, sides.y
+    )
 }
 
 /// Adds the wall of a piston, at rest and of infinite mass; overlaps are checked by the caller.

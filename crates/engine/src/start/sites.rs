@@ -311,6 +311,20 @@ impl Sites {
         std::iter::successors(entry(self.heads[cell]), move |before| entry(before.next))
     }
 
+    /// The index of the body, `usize::MAX` for a circle, with its radius (length) and tags.
+    fn described<'a>(&'a self, world: &'a World, standing: Standing) -> (usize, f64, &'a Tags) {
+        match standing {
+            Standing::Circle(circle) => {
+                let Circle { radius, tags, .. } = &self.circles[circle as usize];
+                (usize::MAX, *radius, tags)
+            }
+            Standing::Body(index) => {
+                let kind = &world.bodies()[index as usize].kind;
+                (index as usize, kind.molecule.bounding_radius(), &kind.tags)
+            }
+        }
+    }
+
     fn nearest_of(
         &self,
         world: &World,
@@ -327,20 +341,7 @@ impl Sites {
         let factor = world.pairs.largest_factor();
         let radius = factor * molecule.bounding_radius() + (factor - 1.0) * self.largest;
         self.for_each_near(place, radius, |standing, image| {
-            let (index, radius, other_tags) = match standing {
-                Standing::Circle(circle) => {
-                    let Circle { radius, tags, .. } = &self.circles[circle as usize];
-                    (usize::MAX, *radius, tags)
-                }
-                Standing::Body(index) => {
-                    let other = &world.bodies()[index as usize].kind;
-                    (
-                        index as usize,
-                        other.molecule.bounding_radius(),
-                        &other.tags,
-                    )
-                }
-            };
+            let (index, radius, other_tags) = self.described(world, standing);
             let factor = world.pairs.factor_of_tags(tags, other_tags);
             if factor == 0.0 || !counts(index) {
                 return;

@@ -93,14 +93,10 @@ impl Species {
     /// Its entry is invalid.
     pub fn new(scene: &Scene, index: usize, bounds: &PeriodicBox) -> Result<Self, SceneError> {
         let entry = format!("gas[{index}]");
-        let problem = |problem: &str| SceneError::Entry {
-            entry: entry.clone(),
-            problem: problem.to_owned(),
-        };
-        let spec = scene.contained_gas(index, bounds);
-        let spec = &spec.map_err(|reason| problem(&reason))?;
+        let problem = |reason: String| SceneError::of_entry(&entry, reason);
+        let spec = &scene.contained_gas(index, bounds).map_err(problem)?;
         let described = Described::new(scene, index, &entry)?;
-        spec.check_fixed().map_err(|reason| problem(&reason))?;
+        spec.check_fixed().map_err(problem)?;
         check_energy(&entry, spec)?;
         let (molecules, count) = match described {
             Described::Equal(molecule) => {
@@ -114,18 +110,9 @@ impl Species {
             }
         };
         if let Some(chain) = &spec.chain {
-            chain.check(count).map_err(|reason| problem(&reason))?;
+            chain.check(count).map_err(problem)?;
         }
-        let moves = spec.energy > 0.0
-            || spec
-                .temperature
-                .is_some_and(|temperature| temperature > 0.0);
-        if spec.zero_momentum == Some(true) && count == 1 && moves {
-            return Err(problem(
-                "`zero_momentum` must not be true if `count` is 1: a molecule with `energy` or `temperature` above \
-                 0 cannot have momentum 0",
-            ));
-        }
+        refuse_moving_single(&entry, spec, count)?;
         let avoids_pockets = scene.start.empty_pockets;
         let kind = Self {
             entry,
@@ -136,21 +123,29 @@ impl Species {
             pair_tags: Tags::default(),
             is_rough: false,
         };
+        kind.check_speeds()?;
+        Ok(kind)
+    }
+
+    /// Refuses an energy or temperature with which a molecule moves too fast or too slowly to
+    /// compute with.
+    fn check_speeds(&self) -> Result<(), SceneError> {
         // Equal molecules are checked even if there is none.
-        let checked = if kind.is_equal() {
+        let checked = if self.is_equal() {
             vec![0]
         } else {
-            kind.extremes()
+            self.extremes()
         };
         for index in checked {
-            let freedom = kind.degrees_of_freedom();
-            let energy = spec
+            let freedom = self.degrees_of_freedom();
+            let energy = self
+                .spec
                 .temperature
-                .map_or(spec.energy, |temperature| 0.5 * freedom * temperature);
-            let (speed, spin) = kind.equal_shares(index, energy);
-            kind.check_motion(index, speed * DVec2::X, spin)?;
+                .map_or(self.spec.energy, |temperature| 0.5 * freedom * temperature);
+            let (speed, spin) = self.equal_shares(index, energy);
+            self.check_motion(index, speed * DVec2::X, spin)?;
         }
-        Ok(kind)
+        Ok(())
     }
 
     /// The shape of a molecule, by its index in the gas.
@@ -346,6 +341,22 @@ impl Species {
             );
         }
     }
+}
+
+/// Refuses a single molecule that moves but is to have momentum 0.
+fn refuse_moving_single(entry: &str, spec: &GasSpec, count: usize) -> Result<(), SceneError> {
+    let moves = spec.energy > 0.0
+        || spec
+            .temperature
+            .is_some_and(|temperature| temperature > 0.0);
+    if spec.zero_momentum == Some(true) && count == 1 && moves {
+        return Err(SceneError::of_entry(
+            entry,
+            "`zero_momentum` must not be true if `count` is 1: a molecule with `energy` or `temperature` above \
+             0 cannot have momentum 0",
+        ));
+    }
+    Ok(())
 }
 
 fn check_energy(entry: &str, spec: &GasSpec) -> Result<(), SceneError> {

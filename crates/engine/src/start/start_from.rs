@@ -216,9 +216,35 @@ fn motion(
     drawn: Motion,
     bounds: &PeriodicBox,
 ) -> Result<Motion, SceneError> {
-    let line = rows[0].line;
-    let atoms = molecule.atoms();
-    for (row, atom) in rows.iter().zip(atoms) {
+    refuse_other_atoms(rows, molecule, bounds)?;
+    let FittedPlace {
+        position,
+        orientation,
+        arms,
+    } = FittedPlace::new(rows, molecule, drawn.orientation, bounds)?;
+    let (velocity, angular_velocity) = velocities(rows, molecule, &arms, turns, &drawn);
+    let entry = format!("{ENTRY}, line {}", rows[0].line);
+    for component in velocity.to_array() {
+        check_length("the velocity", component).map_err(geometry(&entry))?;
+    }
+    check_length("the angular velocity", angular_velocity).map_err(geometry(&entry))?;
+    let motion = Motion {
+        velocity,
+        angular_velocity,
+        orientation,
+        ..Motion::at_rest(position)
+    };
+    refuse_slow(&entry, &motion, molecule.bounding_radius())?;
+    Ok(motion)
+}
+
+/// Refuses atoms far from the box, and those whose radius is not that of the molecule.
+fn refuse_other_atoms(
+    rows: &[SnapshotAtom],
+    molecule: &Molecule,
+    bounds: &PeriodicBox,
+) -> Result<(), SceneError> {
+    for (row, atom) in rows.iter().zip(molecule.atoms()) {
         if !(row.place / bounds.sides() - 0.5)
             .abs()
             .cmple(DVec2::splat(1.5))
@@ -240,57 +266,69 @@ fn motion(
             return Err(problem(text));
         }
     }
-    // The atoms around the first one, in case they have been wrapped into the box.
-    let places: Vec<DVec2> = rows
-        .iter()
-        .map(|row| rows[0].place + bounds.nearest_image(row.place - rows[0].place))
-        .collect();
-    let orientation = match rows[0].angle {
-        Some(angle) => {
-            Orientation::from_radians(check_length("angle", angle).map_err(geometry(ENTRY))?)
+    Ok(())
+}
+
+/// Where a molecule with given atoms is.
+struct FittedPlace {
+    /// The centre of mass (length).
+    position: DVec2,
+    orientation: Orientation,
+    /// From the centre of mass to each atom (length).
+    arms: Vec<DVec2>,
+}
+
+impl FittedPlace {
+    /// The place at which a molecule has these atoms; `drawn` is the orientation of a disc without
+    /// one in the file.
+    ///
+    /// # Errors
+    /// [`SceneError`] if the atoms are not placed like those of the molecule.
+    fn new(
+        rows: &[SnapshotAtom],
+        molecule: &Molecule,
+        drawn: Orientation,
+        bounds: &PeriodicBox,
+    ) -> Result<Self, SceneError> {
+        let atoms = molecule.atoms();
+        // The atoms around the first one, in case they have been wrapped into the box.
+        let places: Vec<DVec2> = rows
+            .iter()
+            .map(|row| rows[0].place + bounds.nearest_image(row.place - rows[0].place))
+            .collect();
+        let orientation = match rows[0].angle {
+            Some(angle) => {
+                Orientation::from_radians(check_length("angle", angle).map_err(geometry(ENTRY))?)
+            }
+            None if atoms.len() > 1 => fitted(&places, molecule),
+            None => drawn,
+        };
+        let rotation = orientation.cos_sin();
+        let arms: Vec<DVec2> = atoms
+            .iter()
+            .map(|atom| rotation.rotate(atom.offset()))
+            .collect();
+        // The atom nearest to the centre of mass gives its place with the least rounding.
+        let central = (0..atoms.len())
+            .min_by(|&i, &j| atoms[i].arm().total_cmp(&atoms[j].arm()))
+            .unwrap_or(0);
+        let position = places[central] - arms[central];
+        for ((place, arm), row) in places.iter().zip(&arms).zip(rows) {
+            let off = (*place - (position + *arm)).length();
+            if off > MAX_OFF * molecule.bounding_radius() {
+                let text = format!(
+                    "line {}: the atom is {off:e} away from its place in the molecule of line {}",
+                    row.line, rows[0].line
+                );
+                return Err(problem(text));
+            }
         }
-        None if atoms.len() > 1 => fitted(&places, molecule),
-        None => drawn.orientation,
-    };
-    let rotation = orientation.cos_sin();
-    let arms: Vec<DVec2> = atoms
-        .iter()
-        .map(|atom| rotation.rotate(atom.offset()))
-        .collect();
-    // The atom nearest to the centre of mass gives its place with the least rounding.
-    let central = (0..atoms.len())
-        .min_by(|&i, &j| atoms[i].arm().total_cmp(&atoms[j].arm()))
-        .unwrap_or(0);
-    let position = places[central] - arms[central];
-    for ((place, arm), row) in places.iter().zip(&arms).zip(rows) {
-        let off = (*place - (position + *arm)).length();
-        if off > MAX_OFF * molecule.bounding_radius() {
-            let text = format!(
-                "line {}: the atom is {off:e} away from its place in the molecule of line {line}",
-                row.line
-            );
-            return Err(problem(text));
-        }
+        Ok(Self {
+            position,
+            orientation,
+            arms,
+        })
     }
-    let (velocity, angular_velocity) = velocities(rows, molecule, &arms, turns, &drawn);
-    for component in velocity.to_array() {
-        check_length("the velocity", component)
-            .map_err(geometry(&format!("{ENTRY}, line {line}")))?;
-    }
-    check_length("the angular velocity", angular_velocity)
-        .map_err(geometry(&format!("{ENTRY}, line {line}")))?;
-    let motion = Motion {
-        velocity,
-        angular_velocity,
-        orientation,
-        ..Motion::at_rest(position)
-    };
-    refuse_slow(
-        &format!("{ENTRY}, line {line}"),
-        &motion,
-        molecule.bounding_radius(),
-    )?;
-    Ok(motion)
 }
 
 /// The mean of vectors of the atoms, with their masses as weights.

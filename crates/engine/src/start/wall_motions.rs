@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
-use carom_geometry::{MAX_MAGNITUDE, Molecule, PeriodicBox, check_length};
+use carom_geometry::{Edge, MAX_MAGNITUDE, Molecule, PeriodicBox, check_length};
 use carom_kinematics::{Drive, Motion, Orientation};
 use glam::DVec2;
 
 use crate::{
     contact::limits::refuse_slow,
     scene::{Scene, error::SceneError, wall_motion::WallMotionSpec},
+    start::body_builder::geometry,
     world::{World, drives::Oscillation},
 };
 
@@ -25,22 +26,7 @@ impl WallMotionSpec {
         place: &Motion,
         bounds: &PeriodicBox,
     ) -> Result<(Motion, Option<Molecule>), SceneError> {
-        let geometry = |reason| SceneError::Geometry {
-            entry: entry.to_owned(),
-            reason,
-        };
-        let numbers = self
-            .velocity
-            .iter()
-            .chain([&self.turn])
-            .chain(self.about.iter().flatten())
-            .chain(&self.amplitude)
-            .chain([&self.frequency, &self.phase])
-            .chain(&self.times)
-            .chain(self.places.as_flattened());
-        for &number in numbers {
-            check_length("a number of the motion of a wall", number).map_err(geometry)?;
-        }
+        self.check_numbers(entry)?;
         self.pieces(entry)?;
         self.oscillation(entry, bounds)?;
         let mut motion = Motion {
@@ -52,20 +38,7 @@ impl WallMotionSpec {
             refuse_slow(entry, &motion, wall.bounding_radius())?;
             return Ok((motion, None));
         };
-        let problem = |problem: String| SceneError::of_entry(entry, problem);
-        if wall.atoms().is_empty() {
-            return Err(problem(
-                "a wall across the box cannot turn: give it end points (`from` and `to`)"
-                    .to_owned(),
-            ));
-        }
-        let (length, side) = (2.0 * edge.half_length(), bounds.sides().min_element());
-        if length >= side {
-            return Err(problem(format!(
-                "a wall that turns must be shorter than the shorter side of the box, {side:e}, but its length is \
-                 {length:e}: it would pass through its own image"
-            )));
-        }
+        refuse_turn(entry, wall, edge, bounds)?;
         let rotation = place.orientation.cos_sin();
         let middle = place.position + rotation.rotate(edge.middle());
         let to_pivot = self.about.map_or(DVec2::ZERO, |about| {
@@ -74,10 +47,27 @@ impl WallMotionSpec {
         let back = DVec2::new(rotation.x, -rotation.y);
         let span = wall.atoms()[1].offset() - wall.atoms()[0].offset();
         let turned = Molecule::wall_about(span, back.rotate(-to_pivot), edge.radius());
-        let turned = turned.map_err(geometry)?;
+        let turned = turned.map_err(geometry(entry))?;
         motion.position = middle + to_pivot;
         refuse_slow(entry, &motion, turned.bounding_radius())?;
         Ok((motion, Some(turned)))
+    }
+
+    /// Refuses numbers out of range.
+    fn check_numbers(&self, entry: &str) -> Result<(), SceneError> {
+        let numbers = self
+            .velocity
+            .iter()
+            .chain([&self.turn])
+            .chain(self.about.iter().flatten())
+            .chain(&self.amplitude)
+            .chain([&self.frequency, &self.phase])
+            .chain(&self.times)
+            .chain(self.places.as_flattened());
+        for &number in numbers {
+            check_length("a number of the motion of a wall", number).map_err(geometry(entry))?;
+        }
+        Ok(())
     }
 
     /// What the wall does beside uniform motion; `None` unless it oscillates.
@@ -195,6 +185,32 @@ impl WallMotionSpec {
         world.advance_wall_tables();
         Ok(())
     }
+}
+
+/// Refuses a wall that cannot turn in this box.
+fn refuse_turn(
+    entry: &str,
+    wall: &Molecule,
+    edge: &Edge,
+    bounds: &PeriodicBox,
+) -> Result<(), SceneError> {
+    if wall.atoms().is_empty() {
+        return Err(SceneError::of_entry(
+            entry,
+            "a wall across the box cannot turn: give it end points (`from` and `to`)",
+        ));
+    }
+    let (length, side) = (2.0 * edge.half_length(), bounds.sides().min_element());
+    if length >= side {
+        return Err(SceneError::of_entry(
+            entry,
+            format!(
+                "a wall that turns must be shorter than the shorter side of the box, {side:e}, but its length is \
+                 {length:e}: it would pass through its own image"
+            ),
+        ));
+    }
+    Ok(())
 }
 
 /// Gives the walls of a scene their motions, in a world whose first bodies are the single bodies of

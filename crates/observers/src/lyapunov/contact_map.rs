@@ -78,39 +78,45 @@ fn turned(rate: f64, r: DVec2) -> DVec2 {
     rate * r.perp()
 }
 
+/// The anchors of a collision, and how its normal follows the bodies.
+fn anchors(report: &CollisionReport<'_>) -> ([DVec2; 2], NormalTurns) {
+    let separation = report.separation();
+    let is_bent = |side: &Side<'_>| {
+        let edge = side
+            .edge
+            .map(|edge| &side.body.molecule().edges()[edge as usize]);
+        edge.map(|edge| edge.bend().is_some())
+    };
+    let mut anchors = report.sides.map(|side| side.arm);
+    for (anchor, side) in anchors.iter_mut().zip(&report.sides) {
+        if is_bent(side) == Some(true) {
+            // An arc is one about the origin of its body.
+            *anchor = DVec2::ZERO;
+        }
+    }
+    let straight = report
+        .sides
+        .iter()
+        .position(|side| is_bent(side) == Some(false));
+    let turning = if let Some(edged) = straight {
+        anchors[edged] = if edged == 0 {
+            separation + anchors[1]
+        } else {
+            anchors[0] - separation
+        };
+        NormalTurns::WithBody(edged)
+    } else {
+        NormalTurns::WithLine((separation + (anchors[1] - anchors[0])).dot(report.normal))
+    };
+    (anchors, turning)
+}
+
 impl ContactMap {
     /// The derivative of a reported collision, with the acceleration of free bodies (length /
     /// time²). `None` where there is none: a contact without approach.
     pub(super) fn new(report: &CollisionReport<'_>, gravity: DVec2) -> Option<Self> {
         let normal = report.normal;
-        let separation = report.separation();
-        let is_bent = |side: &Side<'_>| {
-            let edge = side
-                .edge
-                .map(|edge| &side.body.molecule().edges()[edge as usize]);
-            edge.map(|edge| edge.bend().is_some())
-        };
-        let mut anchors = report.sides.map(|side| side.arm);
-        for (anchor, side) in anchors.iter_mut().zip(&report.sides) {
-            if is_bent(side) == Some(true) {
-                // An arc is one about the origin of its body.
-                *anchor = DVec2::ZERO;
-            }
-        }
-        let straight = report
-            .sides
-            .iter()
-            .position(|side| is_bent(side) == Some(false));
-        let turning = if let Some(edged) = straight {
-            anchors[edged] = if edged == 0 {
-                separation + anchors[1]
-            } else {
-                anchors[0] - separation
-            };
-            NormalTurns::WithBody(edged)
-        } else {
-            NormalTurns::WithLine((separation + (anchors[1] - anchors[0])).dot(normal))
-        };
+        let (anchors, turning) = anchors(report);
         let side = |n: usize| {
             let side = &report.sides[n];
             let inertia = side.body.inertia();

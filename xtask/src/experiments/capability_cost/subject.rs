@@ -6,8 +6,8 @@ use anyhow::{Context, Result};
 use carom::{
     Observer as _, Scene, Subscriptions,
     engine::{
-        AtomSpec, BumperSpec, ChainSpec, DiameterSpec, ElasticityRule, ElasticitySpec, GasSpec,
-        MoleculeSpec, ReactionSpec, Rotation, Tag, TetherSpec, TransparentSpec, WallSpec, WellSpec,
+        AtomSpec, BumperSpec, ChainSpec, DiameterSpec, ElasticityRule, GasSpec, MoleculeSpec,
+        ReactionSpec, Rotation, Tag, TetherSpec, TransparentSpec, WallSpec, WellSpec,
     },
     observers::{TagFilter, write_extended_xyz},
 };
@@ -207,17 +207,9 @@ fn measured(mut scene: Scene, name: &str) -> Scene {
     scene.run.sample_interval = INTERVAL;
     let tag = match kind.map(|kind| kind.of) {
         Some(Of::OneBody) => {
-            let atoms = vec![AtomSpec {
-                at: [0.0; 2],
-                radius: radius(),
-                mass: 1.0,
-            }];
-            let tags = vec!["tracer".to_owned()];
             scene.molecule = vec![MoleculeSpec {
-                tags,
-                atoms,
-                at: [0.5, 0.5],
-                ..MoleculeSpec::default()
+                tags: vec!["tracer".to_owned()],
+                ..disc_in_the_middle(radius(), 1.0)
             }];
             scene.gas[0].count = Some(DISCS - 1);
             ":tracer"
@@ -229,102 +221,193 @@ fn measured(mut scene: Scene, name: &str) -> Scene {
 }
 
 /// The scene of a variant.
-#[expect(clippy::too_many_lines, reason = "one arm for each capability")]
 pub fn scene(variant: Variant) -> Scene {
-    let radius = radius();
-    let discs = |count: usize, radius: f64, mass: f64| GasSpec {
+    let mut scene = Scene {
+        gas: vec![discs(DISCS, radius(), 1.0)],
+        ..Scene::default()
+    };
+    match variant {
+        Variant::Plain(seed) => scene.bounds.seed = seed,
+        Variant::With(capability, level) => {
+            scene.bounds.seed = 1;
+            add_capability(&mut scene, capability, level == CapabilityLevel::Used);
+        }
+        Variant::Measure(name) => return measured(scene, name),
+    }
+    scene
+}
+
+/// A gas of discs.
+fn discs(count: usize, radius: f64, mass: f64) -> GasSpec {
+    GasSpec {
         tags: vec!["gas".to_owned()],
         radius: Some(radius.into()),
         mass: Some(mass.into()),
         energy: 1.0,
         count: Some(count),
         ..GasSpec::default()
-    };
-    let mut scene = Scene {
-        gas: vec![discs(DISCS, radius, 1.0)],
-        ..Scene::default()
-    };
-    let (capability, level) = match variant {
-        Variant::Plain(seed) => {
-            scene.bounds.seed = seed;
-            return scene;
-        }
-        Variant::With(capability, level) => (capability, level),
-        Variant::Measure(name) => return measured(scene, name),
-    };
-    scene.bounds.seed = 1;
-    let used = level == CapabilityLevel::Used;
-    let others = if used { OTHERS } else { 1 };
-    let tagged = |tag: &str, count: usize| GasSpec {
+    }
+}
+
+/// A gas of discs with another tag.
+fn tagged(tag: &str, count: usize) -> GasSpec {
+    GasSpec {
         tags: ["gas", tag].map(str::to_owned).to_vec(),
-        ..discs(count, radius, 1.0)
-    };
-    let dumbbells = |count: usize, rotation: Rotation| GasSpec {
+        ..discs(count, radius(), 1.0)
+    }
+}
+
+/// A gas of dumbbells that have the area of a disc.
+fn dumbbells(count: usize, rotation: Rotation) -> GasSpec {
+    GasSpec {
         shape: Some("dumbbell".to_owned()),
-        // The area of a disc.
-        atom_radius: Some((radius / 2f64.sqrt()).into()),
+        atom_radius: Some((radius() / 2f64.sqrt()).into()),
         atom_mass: Some(0.5.into()),
         rotation,
         radius: None,
         mass: None,
-        ..discs(count, radius, 1.0)
-    };
+        ..discs(count, radius(), 1.0)
+    }
+}
+
+/// A gas of molecules of this shape and size (length).
+fn shaped(count: usize, shape: &str, size: f64) -> GasSpec {
+    GasSpec {
+        shape: Some(shape.to_owned()),
+        size: Some(size.into()),
+        radius: None,
+        ..discs(count, radius(), 1.0)
+    }
+}
+
+/// A gas of this number of other molecules in the place of as many discs.
+fn among_discs(count: usize, gas: impl FnOnce(usize) -> GasSpec) -> Vec<GasSpec> {
+    vec![gas(count), discs(DISCS - count, radius(), 1.0)]
+}
+
+/// Adds a capability to a gas of discs.
+fn add_capability(scene: &mut Scene, capability: Capability, used: bool) {
+    let others = if used { OTHERS } else { 1 };
+    let radius = radius();
     match capability {
         Capability::Turning => {
-            scene.gas = vec![
-                dumbbells(others, Rotation::Free),
-                discs(DISCS - others, radius, 1.0),
-            ];
+            scene.gas = among_discs(others, |count| dumbbells(count, Rotation::Free));
         }
+        // Squares and ellipses have the area of a disc.
         Capability::Sides => {
-            let squares = GasSpec {
-                shape: Some("square".to_owned()),
-                // The area of a disc.
-                size: Some((radius * PI.sqrt()).into()),
-                radius: None,
-                ..discs(others, radius, 1.0)
-            };
-            scene.gas = vec![squares, discs(DISCS - others, radius, 1.0)];
+            let size = radius * PI.sqrt();
+            scene.gas = among_discs(others, |count| shaped(count, "square", size));
+        }
+        Capability::Ellipses => {
+            let size = 2.0 * radius * 2f64.sqrt();
+            scene.gas = among_discs(others, |count| shaped(count, "ellipse:2", size));
         }
         Capability::Locked if used => {
-            scene.gas = vec![
-                dumbbells(others, Rotation::Locked),
-                discs(DISCS - others, radius, 1.0),
-            ];
+            scene.gas = among_discs(others, |count| dumbbells(count, Rotation::Locked));
         }
         Capability::Locked => scene.gas[0].rotation = Rotation::Locked,
         Capability::Bumpers => {
-            // In rows of 20.
-            let at = |index: usize| {
-                [
-                    0.05 * (0.5 + (index % 20) as f64),
-                    0.1 * (0.5 + (index / 20) as f64),
-                ]
-            };
-            let bumper = |index| BumperSpec {
-                tags: Vec::new(),
-                radius,
-                at: at(index),
-            };
-            scene.bumper = (0..others).map(bumper).collect();
+            scene.bumper = bumpers(others);
             scene.gas[0].count = Some(DISCS - others);
         }
-        Capability::Walls if used => {
-            let across = |x, y| WallSpec {
-                x,
-                y,
-                ..WallSpec::default()
-            };
-            scene.wall = vec![across(Some(0.0), None), across(None, Some(0.0))];
+        Capability::Walls => scene.wall = walls(used),
+        Capability::SizeMixture if used => {
+            // Each large disc has the area of nine; the total area fraction stays one half.
+            scene.gas = vec![
+                discs(OTHERS, 3.0 * radius, 9.0),
+                discs(DISCS - 9 * OTHERS, radius, 1.0),
+            ];
         }
-        Capability::Walls => {
-            let (from, to) = (Some([0.5, 0.5]), Some([0.5 + radius, 0.5]));
-            scene.wall = vec![WallSpec {
-                from,
-                to,
-                ..WallSpec::default()
-            }];
+        Capability::SizeMixture => {
+            scene.molecule = vec![disc_in_the_middle(3.0 * radius, 9.0)];
+            scene.gas[0].count = Some(DISCS - 9);
         }
+        Capability::Bonds if used => scene.gas = vec![chains(DISCS, 16)],
+        Capability::Bonds => scene.gas = among_discs(2, |count| chains(count, 2)),
+        Capability::Tags
+        | Capability::ElasticityTable
+        | Capability::Rough
+        | Capability::TransparentPairs
+        | Capability::Wells
+        | Capability::Reactions => add_rules(scene, capability, used),
+        Capability::Arcs
+        | Capability::MovingWalls
+        | Capability::Pistons
+        | Capability::Gravity
+        | Capability::Drag
+        | Capability::Shear => {
+            let gas = std::mem::take(&mut scene.gas);
+            *scene = beside_the_gas(capability, used);
+            scene.bounds.seed = 1;
+            scene.gas = gas;
+        }
+        Capability::Subscriptions | Capability::Snapshots | Capability::Thermostat => {}
+    }
+}
+
+/// Bumpers as large as the discs, in rows of 20.
+fn bumpers(count: usize) -> Vec<BumperSpec> {
+    (0..count)
+        .map(|index| BumperSpec {
+            tags: Vec::new(),
+            radius: radius(),
+            at: [
+                0.05 * (0.5 + (index % 20) as f64),
+                0.1 * (0.5 + (index / 20) as f64),
+            ],
+        })
+        .collect()
+}
+
+/// Two walls across the box, or a single wall of the length of a disc.
+fn walls(used: bool) -> Vec<WallSpec> {
+    if used {
+        let across = |x, y| WallSpec {
+            x,
+            y,
+            ..WallSpec::default()
+        };
+        return vec![across(Some(0.0), None), across(None, Some(0.0))];
+    }
+    vec![WallSpec {
+        from: Some([0.5, 0.5]),
+        to: Some([0.5 + radius(), 0.5]),
+        ..WallSpec::default()
+    }]
+}
+
+fn disc_in_the_middle(radius: f64, mass: f64) -> MoleculeSpec {
+    MoleculeSpec {
+        atoms: vec![AtomSpec {
+            at: [0.0; 2],
+            radius,
+            mass,
+        }],
+        at: [0.5, 0.5],
+        ..MoleculeSpec::default()
+    }
+}
+
+/// A gas of discs in chains of this length.
+fn chains(count: usize, members: usize) -> GasSpec {
+    GasSpec {
+        chain: Some(ChainSpec {
+            members,
+            ring: false,
+            arms: 0,
+            tether: TetherSpec {
+                max: 2.6 * radius(),
+                ..TetherSpec::default()
+            },
+        }),
+        ..discs(count, radius(), 1.0)
+    }
+}
+
+/// Adds a capability that consists of rules for tags.
+fn add_rules(scene: &mut Scene, capability: Capability, used: bool) {
+    let two_kinds = || ["one", "other"].map(|tag| tagged(tag, DISCS / 2)).to_vec();
+    match capability {
         Capability::Tags => {
             scene.gas[0].tags = ["one", "two", "three"].map(str::to_owned).to_vec();
         }
@@ -334,47 +417,22 @@ pub fn scene(variant: Variant) -> Scene {
             } else {
                 ("unused", 0.5)
             };
-            let rule = ElasticityRule {
+            scene.elasticity.pair = vec![ElasticityRule {
                 between: vec![tag.to_owned()],
                 coefficient: coefficient.into(),
                 ..ElasticityRule::default()
-            };
-            scene.elasticity = ElasticitySpec {
-                pair: vec![rule],
-                ..ElasticitySpec::default()
-            };
+            }];
         }
         Capability::Rough => {
             let tag = if used { "gas" } else { "unused" };
-            let rule = ElasticityRule {
+            scene.elasticity.pair = vec![ElasticityRule {
                 between: vec![tag.to_owned()],
                 tangential: 1.0,
                 ..ElasticityRule::default()
-            };
-            scene.elasticity.pair = vec![rule];
-        }
-        Capability::SizeMixture if used => {
-            // Each large disc has the area of nine; the total area fraction stays one half.
-            scene.gas = vec![
-                discs(OTHERS, 3.0 * radius, 9.0),
-                discs(DISCS - 9 * OTHERS, radius, 1.0),
-            ];
-        }
-        Capability::SizeMixture => {
-            let atoms = vec![AtomSpec {
-                at: [0.0; 2],
-                radius: 3.0 * radius,
-                mass: 9.0,
             }];
-            scene.molecule = vec![MoleculeSpec {
-                atoms,
-                at: [0.5, 0.5],
-                ..MoleculeSpec::default()
-            }];
-            scene.gas[0].count = Some(DISCS - 9);
         }
         Capability::TransparentPairs if used => {
-            scene.gas = ["one", "other"].map(|tag| tagged(tag, DISCS / 2)).to_vec();
+            scene.gas = two_kinds();
             scene.transparent = vec![TransparentSpec {
                 between: ["one", "other"].map(str::to_owned).to_vec(),
             }];
@@ -384,25 +442,6 @@ pub fn scene(variant: Variant) -> Scene {
                 between: vec!["gas".to_owned()],
                 factor: 1.0,
             }];
-        }
-        Capability::Bonds => {
-            let chains = |members: usize, count: usize| GasSpec {
-                chain: Some(ChainSpec {
-                    members,
-                    ring: false,
-                    arms: 0,
-                    tether: TetherSpec {
-                        max: 2.6 * radius,
-                        ..TetherSpec::default()
-                    },
-                }),
-                ..discs(count, radius, 1.0)
-            };
-            scene.gas = if used {
-                vec![chains(16, DISCS)]
-            } else {
-                vec![chains(2, 2), discs(DISCS - 2, radius, 1.0)]
-            };
         }
         Capability::Wells => {
             let wells = if used { DISCS / 2 } else { 1 };
@@ -414,7 +453,7 @@ pub fn scene(variant: Variant) -> Scene {
             }];
         }
         Capability::Reactions => {
-            scene.gas = ["one", "other"].map(|tag| tagged(tag, DISCS / 2)).to_vec();
+            scene.gas = two_kinds();
             scene.reaction = vec![ReactionSpec {
                 between: ["one", "other"].map(str::to_owned).to_vec(),
                 becomes: ["other", "one"].map(str::to_owned).to_vec(),
@@ -422,30 +461,8 @@ pub fn scene(variant: Variant) -> Scene {
                 ..ReactionSpec::default()
             }];
         }
-        Capability::Ellipses => {
-            let ellipses = GasSpec {
-                shape: Some("ellipse:2".to_owned()),
-                // The area of a disc.
-                size: Some((2.0 * radius * 2f64.sqrt()).into()),
-                radius: None,
-                ..discs(others, radius, 1.0)
-            };
-            scene.gas = vec![ellipses, discs(DISCS - others, radius, 1.0)];
-        }
-        Capability::Arcs
-        | Capability::MovingWalls
-        | Capability::Pistons
-        | Capability::Gravity
-        | Capability::Drag
-        | Capability::Shear => {
-            let gas = std::mem::take(&mut scene.gas);
-            scene = beside_the_gas(capability, used);
-            scene.bounds.seed = 1;
-            scene.gas = gas;
-        }
-        Capability::Subscriptions | Capability::Snapshots | Capability::Thermostat => {}
+        _ => {}
     }
-    scene
 }
 
 /// What a scene has besides its gas, where that alone has the capability.

@@ -97,6 +97,31 @@ pub fn scale(bonds: &mut [BondSpec], factor: f64) {
     }
 }
 
+/// The geometry of an event of a bond.
+struct BondEvent {
+    /// From the centre of mass of each body to its end of the bond (length).
+    arms: [BodyPair; 2],
+    /// From the first centre of mass to the second (length).
+    centres: BodyPair,
+    /// The length of the bond.
+    distance: f64,
+    /// The direction from its first end to its second.
+    direction: BodyPair,
+    /// Whether the longest length is reached, and not the shortest.
+    is_taut: bool,
+    /// Bound on the error of the length.
+    bound: f64,
+    /// Sum of the speeds of both ends (length per time).
+    speed: f64,
+}
+
+impl BondEvent {
+    /// The rounding of a speed or an impulse along the bond, relative to its magnitude.
+    fn relative_error(&self) -> f64 {
+        256.0 * U + 8.0 * self.bound / self.distance
+    }
+}
+
 impl Watcher {
     /// Takes over the bonds of a scene at its start.
     pub(super) fn take_bonds(&mut self, view: &View<'_>, scene: &Scene) {
@@ -122,8 +147,7 @@ impl Watcher {
         placed: [Placed; 2],
         error: f64,
     ) -> MeasuredContact {
-        let sides = &contact.sides;
-        let pair = sides.each_ref().map(|side| side.body.key());
+        let pair = contact.sides.each_ref().map(|side| side.body.key());
         let Some(bond) = self.bonds.iter().find(|bond| bond.bodies == pair).cloned() else {
             self.report.fail(
                 "bond",
@@ -131,15 +155,61 @@ impl Watcher {
             );
             return MeasuredContact::default();
         };
+        let event = self.bond_event(contact, &bond, placed, error);
+        self.check_bond_length(&bond, &event);
+        let outwards = self.check_bond_rates(contact, &bond, &event);
+        self.check_bond_impulse(contact, &event);
+        let lost = self.check_changes(contact, event.arms, event.bound);
+        let is_elastic = contact.elasticity.coefficient() == 1.0;
+        if is_elastic {
+            self.check_elastic_bond(contact, &event, lost);
+        }
+        self.report.count("events of bonds", 1);
+        MeasuredContact {
+            approach: outwards,
+            speed: event.speed,
+            distance: length(event.centres),
+            lost: if is_elastic { 0.0 } else { lost },
+            ..MeasuredContact::default()
+        }
+    }
+
+    /// The geometry of an event of a bond, whose bodies have an error (length).
+    fn bond_event(
+        &self,
+        contact: &CollisionReport<'_>,
+        bond: &TrackedBond,
+        placed: [Placed; 2],
+        error: f64,
+    ) -> BondEvent {
         let arms = [0, 1].map(|n| rotated(bond.points[n], placed[n].rotation));
         let centres = separation(contact, self.sides);
         let between = along(along(centres, 1.0, arms[1]), -1.0, arms[0]);
         let distance = length(between);
         let direction = between.map(|x| x / distance);
-        let is_taut = dot(contact.normal.to_array(), direction) < 0.0;
-        let end = bond.bounds[usize::from(is_taut)];
         let arm_lengths = length(arms[0]) + length(arms[1]);
-        let bound = 64.0 * f64::EPSILON * (self.longer_side() + arm_lengths + distance) + error;
+        BondEvent {
+            arms,
+            centres,
+            distance,
+            direction,
+            is_taut: dot(contact.normal.to_array(), direction) < 0.0,
+            bound: 64.0 * f64::EPSILON * (self.longer_side() + arm_lengths + distance) + error,
+            speed: (0..2)
+                .map(|n| {
+                    let motion = &contact.sides[n].before;
+                    motion.velocity.length() + motion.angular_velocity.abs() * length(arms[n])
+                })
+                .sum(),
+        }
+    }
+
+    /// Checks that the length of a bond is one of its bounds.
+    fn check_bond_length(&mut self, bond: &TrackedBond, event: &BondEvent) {
+        let BondEvent {
+            distance, bound, ..
+        } = *event;
+        let end = bond.bounds[usize::from(event.is_taut)];
         let off = (distance - end).abs();
         self.report.keep_worst("bond/bound", off / bound);
         if exceeds(off, bound) {
@@ -150,16 +220,20 @@ impl Watcher {
                 ),
             );
         }
-        let rate = |after: bool| dot(relative_rate(contact, arms, after), direction);
+    }
+
+    /// Checks that the points of a bond reach its bound and leave it by its elasticity; returns the
+    /// speed at which they reach it.
+    fn check_bond_rates(
+        &mut self,
+        contact: &CollisionReport<'_>,
+        bond: &TrackedBond,
+        event: &BondEvent,
+    ) -> f64 {
+        let rate = |after: bool| dot(relative_rate(contact, event.arms, after), event.direction);
         let (before, after) = (rate(false), rate(true));
-        let speed: f64 = (0..2)
-            .map(|n| {
-                let motion = &sides[n].before;
-                motion.velocity.length() + motion.angular_velocity.abs() * length(arms[n])
-            })
-            .sum();
-        let rate_error = (256.0 * U + 8.0 * bound / distance) * speed;
-        let outwards = if is_taut { before } else { -before };
+        let rate_error = event.relative_error() * event.speed;
+        let outwards = if event.is_taut { before } else { -before };
         // Beyond the speed that the search resolves, at which points that rest are pushed apart.
         let slow = 1e3 * rate_error;
         if exceeds(-outwards, slow) {
@@ -182,38 +256,32 @@ impl Watcher {
                 format!("the points meet at {before:e} and part at {after:e} with the elasticity {share}"),
             );
         }
+        outwards
+    }
+
+    /// Checks the direction of the impulse of a bond.
+    fn check_bond_impulse(&mut self, contact: &CollisionReport<'_>, event: &BondEvent) {
         let impulse = contact.impulse.to_array();
         if exceeds(
-            cross(direction, impulse).abs(),
-            (256.0 * U + 8.0 * bound / distance) * length(impulse),
+            cross(event.direction, impulse).abs(),
+            event.relative_error() * length(impulse),
         ) {
             self.report.fail(
                 "bond",
                 format!("the impulse {impulse:?} is not along the bond"),
             );
         }
-        let lost = self.check_changes(contact, arms, bound);
-        let energy = 0.5 * speed * speed
-            / (sides.iter())
+    }
+
+    /// Checks that an elastic bond has lost no energy.
+    fn check_elastic_bond(&mut self, contact: &CollisionReport<'_>, event: &BondEvent, lost: f64) {
+        let energy = 0.5 * event.speed * event.speed
+            / (contact.sides.iter())
                 .map(|side| side.body.inertia().inverse_mass)
                 .fold(f64::MIN_POSITIVE, f64::max);
-        let is_elastic = share == 1.0;
-        if is_elastic
-            && exceeds(
-                lost.abs(),
-                1e3 * (256.0 * U + 8.0 * bound / distance) * energy,
-            )
-        {
+        if exceeds(lost.abs(), 1e3 * event.relative_error() * energy) {
             self.report
                 .fail("bond", format!("an elastic bond loses the energy {lost:e}"));
-        }
-        self.report.count("events of bonds", 1);
-        MeasuredContact {
-            approach: outwards,
-            speed,
-            distance: length(centres),
-            lost: if is_elastic { 0.0 } else { lost },
-            ..MeasuredContact::default()
         }
     }
 

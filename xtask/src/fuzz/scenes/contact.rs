@@ -265,6 +265,72 @@ struct Sums {
     inverse_mass: f64,
 }
 
+impl Sums {
+    /// The resolution of detection (length per time), E' = L (2 E/s + 12 u) + |ω| E + 2 u (|v_A| +
+    /// |v_B|), with E the rounding bound of positions for bodies that move eight sides in an epoch.
+    /// Contacts that lose energy separate at four times this speed at least.
+    fn resolved_speed(&self, distance: f64, sides: BodyPair, place_error: f64) -> f64 {
+        let places = 128.0 * U * (sides[0] + sides[1]) + place_error;
+        self.speed * (2.0 * places / distance + 16.0 * U) + self.spins * places
+    }
+
+    /// Returns true if two bodies that already separate may have touched in a graze. Its deepest
+    /// point may be one of rounding: the two then separate by at most the speed that their path
+    /// about each other gives them over such a depth.
+    fn may_graze(&self, speeds: &NormalSpeeds, distance: f64, place_error: f64) -> bool {
+        let graze = (2.0 * place_error * self.speed * (self.speed / distance + self.spins)).sqrt();
+        speeds.approach < -speeds.error && speeds.approach > -graze
+    }
+}
+
+/// The parts of a contact at one point, as its impulse acts on them.
+struct ActingParts {
+    touch: TouchedParts,
+    /// Bound on the error of the arms (length).
+    arm_error: f64,
+    /// Bound on the error of the direction of the normal.
+    normal_error: f64,
+    /// Largest velocity that the impulse of a rough contact gives the surfaces (length per time).
+    pushed: f64,
+}
+
+impl ActingParts {
+    fn new(
+        contact: &CollisionReport<'_>,
+        touch: &TouchedParts,
+        is_rough: bool,
+        place_error: f64,
+    ) -> Self {
+        let normal_error = 32.0 * U + 2.0 * place_error / touch.distance;
+        let (touch, arm_error, pushed) = if is_rough {
+            // The impulse of a rough contact acts at the surfaces.
+            let [first, second] = touch.radii;
+            let touch = touch.at_surfaces();
+            let arm_error = place_error + normal_error * first.max(second);
+            (touch, arm_error, pushed_speed(contact, &touch))
+        } else {
+            (*touch, place_error, 0.0)
+        };
+        Self {
+            touch,
+            arm_error: touch.arm_sensitivity * arm_error,
+            normal_error,
+            pushed,
+        }
+    }
+
+    /// The speeds along the normal from the relative velocities before and after.
+    fn normal_speeds(&self, [before, after]: [BodyPair; 2], sums: &Sums) -> NormalSpeeds {
+        NormalSpeeds {
+            approach: -dot(before, self.touch.normal),
+            parting: dot(after, self.touch.normal),
+            error: self.normal_error * (length(before) + length(after))
+                + self.arm_error * sums.spins
+                + 64.0 * U * (sums.speed + self.pushed),
+        }
+    }
+}
+
 /// Checks of a contact at one point.
 fn check_impulse(
     contact: &CollisionReport<'_>,
@@ -273,51 +339,27 @@ fn check_impulse(
     place_error: f64,
     report: &mut Report,
 ) -> MeasuredContact {
-    let normal_error = 32.0 * U + 2.0 * place_error / touch.distance;
     let is_rough = rules.law.is_rough();
-    // The impulse of a rough contact acts at the surfaces.
-    let [first, second] = touch.radii;
-    let (touch, arm_error, pushed) = if is_rough {
-        let touch = touch.at_surfaces();
-        let arm_error = place_error + normal_error * first.max(second);
-        (touch, arm_error, pushed_speed(contact, &touch))
-    } else {
-        (*touch, place_error, 0.0)
-    };
-    let touch = &touch;
-    let arm_error = touch.arm_sensitivity * arm_error;
+    let parts = ActingParts::new(contact, touch, is_rough, place_error);
+    let (touch, arm_error, normal_error) = (&parts.touch, parts.arm_error, parts.normal_error);
     check_arms(contact, touch, is_rough, (arm_error, normal_error), report);
     let sums = check_momentum(contact, touch, is_rough, report);
     check_torque(contact, touch, arm_error, report);
     let velocities = [false, true].map(|after| relative_rate(contact, touch.arms, after));
-    let [before, after] = velocities;
-    let Sums { speed, spins, .. } = sums;
-    let speeds = NormalSpeeds {
-        approach: -dot(before, touch.normal),
-        parting: dot(after, touch.normal),
-        error: normal_error * (length(before) + length(after))
-            + arm_error * spins
-            + 64.0 * U * (speed + pushed),
-    };
+    let speeds = parts.normal_speeds(velocities, &sums);
     check_elasticity(contact.elasticity, &speeds, rules, report);
-    // Contacts that lose energy separate at a least speed, four times the resolution E' of
-    // detection: L (2 E/s + 12 u) + |ω| E + 2 u (|v_A| + |v_B|), with E the rounding bound of
-    // positions for bodies that move eight sides in an epoch.
-    let places = 128.0 * U * (rules.sides[0] + rules.sides[1]) + place_error;
-    let resolved = speed * (2.0 * places / touch.distance + 16.0 * U) + spins * places;
-    // The deepest point of a graze may be one of rounding: the two already separate by then, by at
-    // most the speed that their path about each other gives them over such a depth.
-    let graze = (2.0 * place_error * speed * (speed / touch.distance + spins)).sqrt();
-    let parts = speeds.approach < -speeds.error && speeds.approach > -graze;
-    if parts && contact.impulse.to_array() == [0.0; 2] {
+    let measured = MeasuredContact {
+        approach: speeds.approach,
+        speed: sums.speed,
+        distance: touch.distance,
+        ..MeasuredContact::default()
+    };
+    let has_no_impulse = contact.impulse.to_array() == [0.0; 2];
+    if has_no_impulse && sums.may_graze(&speeds, touch.distance, place_error) {
         report.count("grazes", 1);
-        return MeasuredContact {
-            approach: speeds.approach,
-            speed,
-            distance: touch.distance,
-            ..MeasuredContact::default()
-        };
+        return measured;
     }
+    let resolved = sums.resolved_speed(touch.distance, rules.sides, place_error);
     check_restitution(contact.elasticity.coefficient(), &speeds, resolved, report);
     let rough = RoughContact {
         contact,
@@ -343,12 +385,10 @@ fn check_impulse(
         report,
     );
     MeasuredContact {
-        approach: speeds.approach,
-        speed,
-        distance: touch.distance,
         lost,
         work: wall.work,
         energy_error: wall.error,
+        ..measured
     }
 }
 

@@ -623,16 +623,21 @@ fn stretches(draw: &mut FuzzDraw, class: &str, sketch: &Sketch) -> Vec<RunStretc
 
 fn edit(draw: &mut FuzzDraw, sketch: &Sketch) -> CaseEdit {
     let body = draw.index(64);
+    feature_edit(draw, sketch, body).unwrap_or_else(|| body_edit(draw, sketch, body))
+}
+
+/// An edit that only scenes with some features have; mostly `None`.
+fn feature_edit(draw: &mut FuzzDraw, sketch: &Sketch, body: usize) -> Option<CaseEdit> {
     let features = sketch.features;
     if features.pairs && draw.happens(0.2) {
-        return CaseEdit::Transparent(rules::transparent(draw));
+        return Some(CaseEdit::Transparent(rules::transparent(draw)));
     }
     if !sketch.scene.well.is_empty() && draw.happens(0.3) {
-        return CaseEdit::Wells(rules::wells(draw));
+        return Some(CaseEdit::Wells(rules::wells(draw)));
     }
     if features.drag && draw.happens(0.2) {
         let drag = draw.scale(0.01, 5.0);
-        return CaseEdit::Drag(if draw.happens(0.3) { 0.0 } else { drag });
+        return Some(CaseEdit::Drag(if draw.happens(0.3) { 0.0 } else { drag }));
     }
     let kinds = features.motions();
     if !kinds.is_empty() && draw.happens(0.25) {
@@ -644,11 +649,11 @@ fn edit(draw: &mut FuzzDraw, sketch: &Sketch) -> CaseEdit {
         } else {
             motion
         };
-        return CaseEdit::MoveWall(body, Box::new(motion));
+        return Some(CaseEdit::MoveWall(body, Box::new(motion)));
     }
     if features.falls() && draw.happens(0.15) {
         let factor = draw.one_of(&[0.0, 0.5, -1.0]);
-        return CaseEdit::Gravity(features.gravity.map(|g| factor * g));
+        return Some(CaseEdit::Gravity(features.gravity.map(|g| factor * g)));
     }
     if !sketch.scene.piston.is_empty() && draw.happens(0.25) {
         let force = if draw.happens(0.3) {
@@ -656,38 +661,22 @@ fn edit(draw: &mut FuzzDraw, sketch: &Sketch) -> CaseEdit {
         } else {
             pistons::force(draw, 1.0)
         };
-        return CaseEdit::Push(body, force);
+        return Some(CaseEdit::Push(body, force));
     }
+    None
+}
+
+/// An edit that all scenes have.
+fn body_edit(draw: &mut FuzzDraw, sketch: &Sketch, body: usize) -> CaseEdit {
+    let features = sketch.features;
     let tag = |draw: &mut FuzzDraw| {
         let own = features.pairs && draw.happens(0.3);
         draw.one_of(if own { &DISC_TAGS[..] } else { &TAGS })
             .to_owned()
     };
     match draw.index(11) {
-        0 | 1 => {
-            let added = molecule(draw, "added", features, 0.03);
-            match added {
-                Some((molecule, mut spec)) => {
-                    spec.at = sketch.anywhere(draw);
-                    spec.tags = tags(draw, molecule.is_disc(), sketch.features);
-                    move_it(draw, &molecule, &mut spec, sketch.features.rough);
-                    CaseEdit::Add(Box::new(spec))
-                }
-                None => CaseEdit::Reverse,
-            }
-        }
-        2 => {
-            let from = sketch.anywhere(draw);
-            let to = [
-                from[0] + draw.between(-0.3, 0.3),
-                from[1] + draw.between(-0.3, 0.3),
-            ];
-            CaseEdit::AddWall(Box::new(WallSpec {
-                from: Some(from),
-                to: Some(to),
-                ..WallSpec::default()
-            }))
-        }
+        0 | 1 => added_molecule(draw, sketch),
+        2 => added_wall(draw, sketch),
         3 => CaseEdit::Remove(body),
         4 => CaseEdit::Energy(body, draw.scale(1e-3, 1e3)),
         5 => CaseEdit::Reverse,
@@ -703,6 +692,31 @@ fn edit(draw: &mut FuzzDraw, sketch: &Sketch) -> CaseEdit {
         9 => CaseEdit::Tag(body, tag(draw)),
         _ => CaseEdit::Untag(body, tag(draw)),
     }
+}
+
+fn added_molecule(draw: &mut FuzzDraw, sketch: &Sketch) -> CaseEdit {
+    match molecule(draw, "added", sketch.features, 0.03) {
+        Some((molecule, mut spec)) => {
+            spec.at = sketch.anywhere(draw);
+            spec.tags = tags(draw, molecule.is_disc(), sketch.features);
+            move_it(draw, &molecule, &mut spec, sketch.features.rough);
+            CaseEdit::Add(Box::new(spec))
+        }
+        None => CaseEdit::Reverse,
+    }
+}
+
+fn added_wall(draw: &mut FuzzDraw, sketch: &Sketch) -> CaseEdit {
+    let from = sketch.anywhere(draw);
+    let to = [
+        from[0] + draw.between(-0.3, 0.3),
+        from[1] + draw.between(-0.3, 0.3),
+    ];
+    CaseEdit::AddWall(Box::new(WallSpec {
+        from: Some(from),
+        to: Some(to),
+        ..WallSpec::default()
+    }))
 }
 
 /// Multiplies lengths, speeds and masses by powers of two: mostly 1, otherwise up to 1e±30, and

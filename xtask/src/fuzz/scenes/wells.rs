@@ -131,8 +131,7 @@ impl Watcher {
 
     /// Checks the arrival of two discs at a step of their well.
     pub(super) fn check_step(&mut self, contact: &CollisionReport<'_>) -> MeasuredContact {
-        let sides = &contact.sides;
-        let pair = sides.each_ref().map(|side| side.body.key());
+        let pair = contact.sides.each_ref().map(|side| side.body.key());
         let tags = pair.map(|key| self.bodies.get(&key).map(|body| body.tags.clone()));
         let [Some(tags_a), Some(tags_b)] = tags else {
             return MeasuredContact::default();
@@ -146,6 +145,41 @@ impl Watcher {
             return MeasuredContact::default();
         };
         let energies: Vec<f64> = steps.iter().map(|[_, energy]| *energy).collect();
+        let arrival = self.arrival(contact, &borders);
+        self.check_range(&arrival);
+        let rates = Rates::new(contact, &arrival);
+        self.check_approach(contact, &rates, arrival.inwards);
+        // The shell on the side from which the pair comes, and that beyond.
+        let border = arrival.border;
+        let beyond = (border + 1 < borders.len()).then_some(border + 1);
+        let (from, to) = if arrival.inwards {
+            (beyond, Some(border))
+        } else {
+            (Some(border), beyond)
+        };
+        self.check_shell(pair, from);
+        let energy = |shell: Option<usize>| shell.map_or(0.0, |shell| energies[shell]);
+        let gain = energy(from) - energy(to);
+        let bounced = self.check_outcome(contact, &rates, (arrival.inwards, gain));
+        let shell = if bounced { from } else { to };
+        if !bounced {
+            self.gained += gain;
+        }
+        match shell {
+            Some(shell) => self.shells.insert(pair, KnownShell::Within(shell)),
+            None => self.shells.remove(&pair),
+        };
+        self.report.count("steps of wells", 1);
+        MeasuredContact {
+            approach: rates.approach(arrival.inwards),
+            speed: rates.speed,
+            distance: arrival.distance,
+            ..MeasuredContact::default()
+        }
+    }
+
+    /// Where a pair arrives whose well has these ranges (length).
+    fn arrival(&self, contact: &CollisionReport<'_>, borders: &[f64]) -> Arrival {
         let between = separation(contact, self.sides);
         let distance = length(between);
         let direction = between.map(|x| x / distance);
@@ -154,8 +188,25 @@ impl Watcher {
             off(*one).total_cmp(&off(*other))
         };
         let border = (0..borders.len()).min_by(nearest).unwrap_or(0);
-        let bound = self.bound_of_step(pair, contact.time) + 8.0 * U * distance;
-        let off = (distance - borders[border]).abs();
+        let pair = contact.sides.each_ref().map(|side| side.body.key());
+        Arrival {
+            distance,
+            direction,
+            border,
+            off: (distance - borders[border]).abs(),
+            bound: self.bound_of_step(pair, contact.time) + 8.0 * U * distance,
+            inwards: dot(contact.normal.to_array(), direction) > 0.0,
+        }
+    }
+
+    /// Checks that a pair arrives at the range of a step.
+    fn check_range(&mut self, arrival: &Arrival) {
+        let Arrival {
+            distance,
+            off,
+            bound,
+            ..
+        } = *arrival;
         self.report.keep_worst("step/bound", off / bound);
         if exceeds(off, bound) {
             self.report.fail(
@@ -163,26 +214,20 @@ impl Watcher {
                 format!("a step at {distance:e}, {off:e} from the range: allowed {bound:e}"),
             );
         }
-        let [before, after] =
-            [false, true].map(|after| relative_rate(contact, [[0.0; 2]; 2], after));
-        let radial = dot(before, direction);
-        let inwards = dot(contact.normal.to_array(), direction) > 0.0;
-        let speed = sides.each_ref().map(|side| side.before.velocity.length());
-        let rate_error = (64.0 * U + 4.0 * bound / distance) * (speed[0] + speed[1]);
-        let outwards_speed = if inwards { -radial } else { radial };
-        if exceeds(-outwards_speed, rate_error) {
+    }
+
+    /// Checks that a pair does not move away from a step that it reaches.
+    fn check_approach(&mut self, contact: &CollisionReport<'_>, rates: &Rates, inwards: bool) {
+        if exceeds(-rates.approach(inwards), rates.error) {
             self.report.fail(
                 "well",
                 format!("a pair leaves the step that it reaches: {contact:?}"),
             );
         }
-        // The shell on the side from which the pair comes, and that beyond.
-        let beyond = |border: usize| (border + 1 < borders.len()).then_some(border + 1);
-        let (from, to) = if inwards {
-            (beyond(border), Some(border))
-        } else {
-            (Some(border), beyond(border))
-        };
+    }
+
+    /// Checks that a pair comes from the shell on record.
+    fn check_shell(&mut self, pair: [BodyKey; 2], from: Option<usize>) {
         let known = self.shells.get(&pair).copied();
         let fits = match known {
             Some(KnownShell::AtBorder) => true,
@@ -194,31 +239,6 @@ impl Watcher {
                 "well",
                 format!("a pair in the shell {known:?} reaches a step from {from:?}"),
             );
-        }
-        let energy = |shell: Option<usize>| shell.map_or(0.0, |shell| energies[shell]);
-        let gain = energy(from) - energy(to);
-        let rates = Rates {
-            before,
-            after,
-            direction,
-            share: bound / distance,
-            error: rate_error,
-        };
-        let bounced = self.check_outcome(contact, &rates, (inwards, gain));
-        let shell = if bounced { from } else { to };
-        if !bounced {
-            self.gained += gain;
-        }
-        match shell {
-            Some(shell) => self.shells.insert(pair, KnownShell::Within(shell)),
-            None => self.shells.remove(&pair),
-        };
-        self.report.count("steps of wells", 1);
-        MeasuredContact {
-            approach: outwards_speed,
-            speed: speed[0] + speed[1],
-            distance,
-            ..MeasuredContact::default()
         }
     }
 
@@ -236,6 +256,7 @@ impl Watcher {
             direction,
             share,
             error,
+            ..
         } = *rates;
         let [radial, radial_after] = [dot(before, direction), dot(after, direction)];
         let sides = &contact.sides;
@@ -278,6 +299,21 @@ impl Watcher {
     }
 }
 
+/// Where a pair arrives at a step of its well.
+struct Arrival {
+    distance: f64,
+    /// The line of centres.
+    direction: BodyPair,
+    /// The index of the nearest range.
+    border: usize,
+    /// How far the distance is from that range (length).
+    off: f64,
+    /// Bound on the error of the distance (length).
+    bound: f64,
+    /// Whether the pair comes from outside.
+    inwards: bool,
+}
+
 /// The relative velocities at a step (length per time).
 struct Rates {
     before: BodyPair,
@@ -286,6 +322,35 @@ struct Rates {
     direction: BodyPair,
     /// The error of the distance by the distance.
     share: f64,
+    /// Sum of the speeds of both bodies.
+    speed: f64,
     /// Bound on the error of a velocity along the line of centres.
     error: f64,
+}
+
+impl Rates {
+    fn new(contact: &CollisionReport<'_>, arrival: &Arrival) -> Self {
+        let [before, after] =
+            [false, true].map(|after| relative_rate(contact, [[0.0; 2]; 2], after));
+        let speeds = contact
+            .sides
+            .each_ref()
+            .map(|side| side.before.velocity.length());
+        let speed = speeds[0] + speeds[1];
+        let share = arrival.bound / arrival.distance;
+        Self {
+            before,
+            after,
+            direction: arrival.direction,
+            share,
+            speed,
+            error: (64.0 * U + 4.0 * arrival.bound / arrival.distance) * speed,
+        }
+    }
+
+    /// The speed at which the pair comes to the step (length per time).
+    fn approach(&self, inwards: bool) -> f64 {
+        let radial = dot(self.before, self.direction);
+        if inwards { -radial } else { radial }
+    }
 }
