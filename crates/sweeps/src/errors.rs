@@ -11,8 +11,9 @@ use crate::results::PointResults;
 /// Name of the file.
 pub const FILE: &str = "errors.csv";
 
-/// Most rows of the table on the page; of more, only the flagged ones are shown.
-const MAX_ROWS: usize = 120;
+/// Most rows of the table on the page; of more, only the flagged ones are shown. Fewer: three gases
+/// with all their measures (300 rows) would not be shown. More: a page of megabytes.
+const MAX_ROWS: usize = 400;
 
 /// Columns of the file.
 const COLUMNS: [&str; 11] = [
@@ -122,5 +123,51 @@ pub fn show(page: &mut Page, points: &[PointResults]) {
     let rows: Vec<Vec<String>> = shown.map(row).collect();
     if !rows.is_empty() {
         page.table(&header, &rows);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::point::Key;
+    use carom_tables::Totals;
+
+    /// A point with right errors of this number of quantities, and one with errors of half the
+    /// scatter.
+    fn point(right: usize) -> PointResults {
+        let scatter = (40.0 * 41.0 / 12.0f64).sqrt();
+        let compared = |name: &str, error: f64| {
+            let row = (0..40).map(|x| (f64::from(x), Some(error))).collect();
+            Calibration::new(name, &[row]).expect("40 replicas")
+        };
+        let mut errors: Vec<Calibration> = (0..right)
+            .map(|number| compared(&format!("right {number}"), scatter))
+            .collect();
+        errors.push(compared("wrong", 0.5 * scatter));
+        PointResults {
+            point: Key::try_from("0".repeat(16)).expect("16 digits"),
+            label: "gas = dense".to_owned(),
+            replicas: (1..=40).collect(),
+            figures: Vec::new(),
+            totals: Totals::default(),
+            checks: Vec::new(),
+            answers: Vec::new(),
+            errors,
+            evidence: Vec::new(),
+            tables: Vec::new(),
+            note: String::new(),
+        }
+    }
+
+    #[test]
+    fn a_page_has_all_comparisons_of_three_gases_and_of_more_the_flagged_ones() {
+        let shown = |right: usize| {
+            let mut page = Page::new("Sweep", "");
+            show(&mut page, &[point(right)]);
+            let html = page.html();
+            (html.contains("right 1"), html.contains("FLAGGED"))
+        };
+        assert_eq!(shown(300), (true, true));
+        assert_eq!(shown(MAX_ROWS), (false, true));
     }
 }
