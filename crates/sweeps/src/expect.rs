@@ -3,7 +3,10 @@
 
 use anyhow::{Context, Result, bail, ensure};
 use carom::engine::did_you_mean;
-use carom_tables::{Check, Figure, Role, Table, named, two_digits, with_error, without_numbers};
+use carom_tables::{
+    Check, Figure, MIN_BLOCKS, Role, Table, named, student_quantile, two_digits, with_error,
+    without_numbers,
+};
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 use toml::Value;
@@ -52,7 +55,8 @@ pub struct Expect {
     /// The quantity must be below this by more than the allowed difference. Excludes `value`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub below: Option<f64>,
-    /// Allowed difference in standard errors, at least 0; default: 4.
+    /// Allowed difference in standard errors, at least 0; default: 4. The error of a figure from
+    /// fewer than 30 blocks or runs is widened, so that chance exceeds it as rarely (Student's t).
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 0.0))]
     pub standard_errors: Option<f64>,
@@ -218,8 +222,26 @@ struct Measured {
     unit: String,
     value: f64,
     error: Option<f64>,
+    /// The number of blocks or runs that the error comes from, if it is known.
+    blocks: Option<usize>,
     prediction: Option<f64>,
     source: Option<String>,
+}
+
+impl Measured {
+    /// The distance from its expectation that chance exceeds as rarely as a Gaussian mean this many
+    /// standard errors; 0 without an error.
+    fn by_chance(&self, standard_errors: f64) -> f64 {
+        let Some(error) = self.error.filter(|error| *error > 0.0) else {
+            return 0.0;
+        };
+        let few = self
+            .blocks
+            .filter(|blocks| (2..MIN_BLOCKS).contains(blocks));
+        few.map_or(standard_errors, |blocks| {
+            student_quantile(standard_errors, blocks)
+        }) * error
+    }
 }
 
 impl Expect {
@@ -387,6 +409,12 @@ impl Expect {
     }
 
     fn compare(&self, measured: Measured, requested: &Requested) -> ExpectationAnswer {
+        let standard_errors = self.standard_errors.unwrap_or(STANDARD_ERRORS);
+        let of_other = match requested {
+            Requested::SameAs(other) => other.by_chance(standard_errors),
+            _ => 0.0,
+        };
+        let by_error = measured.by_chance(standard_errors).hypot(of_other);
         let Measured {
             name,
             unit,
@@ -394,13 +422,8 @@ impl Expect {
             error,
             prediction,
             source,
+            ..
         } = measured;
-        let other_error = match requested {
-            Requested::SameAs(other) => other.error.unwrap_or(0.0),
-            _ => 0.0,
-        };
-        let error_of_both = error.unwrap_or(0.0).hypot(other_error);
-        let by_error = self.standard_errors.unwrap_or(STANDARD_ERRORS) * error_of_both;
         let tolerance = |expected: f64| by_error + self.relative * expected.abs() + self.absolute;
         let equal = |expected: f64| {
             (
@@ -499,6 +522,7 @@ impl Expect {
             unit: column.unit.clone(),
             value: value(&column.values).unwrap_or(f64::NAN),
             error,
+            blocks: None,
             prediction: predicted.and_then(|column| value(&column.values)),
             source: predicted.and_then(|column| column.role.words().1.map(str::to_owned)),
         })
@@ -541,6 +565,7 @@ fn of_figure(name: &str, figures: &[Figure]) -> Result<Measured> {
         unit: figure.unit.clone(),
         value: figure.value,
         error: figure.standard_error,
+        blocks: figure.blocks,
         prediction: figure.prediction,
         source: figure.source.clone(),
     })
@@ -649,6 +674,22 @@ mod tests {
             !answer.passed && answer.quantity.contains("did you mean `by density`?"),
             "{answer:?}"
         );
+    }
+
+    #[test]
+    fn errors_from_few_blocks_are_widened() {
+        let passes = |blocks: Option<usize>| {
+            let figures = [Figure {
+                blocks,
+                ..Figure::new("pressure", 2.06, "1").error(0.01)
+            }];
+            let text = "figure = \"pressure\"\nvalue = 2.0";
+            expect(text).answer(0, &figures, &[]).passed
+        };
+        // Six standard errors: chance exceeds 4 of a Gaussian as rarely as 13 of five blocks.
+        assert!([2, 3, 5].iter().all(|&blocks| passes(Some(blocks))));
+        assert!(![20, MIN_BLOCKS].iter().any(|&blocks| passes(Some(blocks))));
+        assert!(!passes(None));
     }
 
     #[test]

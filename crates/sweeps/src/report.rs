@@ -1,5 +1,7 @@
 //! The results of a sweep in its folder: table, summary and page, and the same on the terminal.
 
+use std::collections::BTreeMap;
+
 use anyhow::Result;
 use carom_runs::{
     conclude,
@@ -61,6 +63,8 @@ struct File<'a> {
     replicas_wanted: u64,
     missing: &'a [MissingOfPoint<'a>],
     damaged: &'a [Damaged],
+    /// The units of the columns of `table.csv`.
+    units: BTreeMap<String, String>,
     points: &'a [PointResults],
 }
 
@@ -93,6 +97,7 @@ pub fn write(
         replicas_wanted: study.replicas,
         missing: &missing.by_point(study),
         damaged: &remarks.damaged,
+        units: table::units(&points),
         points: &points,
     };
     folder.write_lasting("summary.json", serde_json::to_string_pretty(&file)? + "\n")?;

@@ -1,5 +1,7 @@
 //! The table of a sweep: one row a point, with the varied values and all figures.
 
+use std::collections::BTreeMap;
+
 use anyhow::Result;
 use carom_runs::output::Folder;
 use carom_tables::{Figure, named, two_digits, with_error, without_numbers};
@@ -117,22 +119,14 @@ fn pattern(point: &PointResults, figure: &Figure) -> String {
 /// The file cannot be written.
 pub fn write(folder: &Folder, study: &Study, points: &[PointResults]) -> Result<()> {
     let quantities = quantities(points);
-    let least = |figure: &Figure| figure.smallest_difference;
-    let is_test = |quantity: &TableQuantity| {
-        points
-            .iter()
-            .filter_map(|of| figure(of, quantity))
-            .any(|of| least(of).is_some())
-    };
+    let is_test = |quantity: &TableQuantity| is_test(quantity, points);
     let mut header: Vec<String> = study.vary.iter().flat_map(Vary::columns).collect();
     header.push("replicas".to_owned());
-    for quantity in &quantities {
-        let name = column(&quantity.name);
-        header.push(name.clone());
-        header.extend(quantity.has_error.then(|| format!("{name}_error")));
-        header.extend((quantity.predicted > Predicted::Not).then(|| format!("{name}_prediction")));
-        header.extend(is_test(quantity).then(|| format!("{name}_smallest_difference")));
-    }
+    header.extend(
+        quantities
+            .iter()
+            .flat_map(|quantity| columns(quantity, points)),
+    );
     header.push("point".to_owned());
     let row = |(index, results): (usize, &PointResults)| {
         let mut row = cells(study, index);
@@ -148,7 +142,8 @@ pub fn write(folder: &Folder, study: &Study, points: &[PointResults]) -> Result<
                 (quantity.predicted > Predicted::Not)
                     .then(|| number(figure.and_then(|figure| figure.prediction))),
             );
-            row.extend(is_test(quantity).then(|| number(figure.and_then(least))));
+            let least = || number(figure.and_then(|figure| figure.smallest_difference));
+            row.extend(is_test(quantity).then(least));
         }
         row.push(results.point.to_string());
         row
@@ -163,6 +158,41 @@ fn cells(study: &Study, point: usize) -> Vec<String> {
     entries
         .flat_map(|(entry, vary)| vary.cells(study.setting(point, entry)))
         .collect()
+}
+
+/// Whether a point has the smallest difference that a test of the quantity would have found.
+fn is_test(quantity: &TableQuantity, points: &[PointResults]) -> bool {
+    points
+        .iter()
+        .filter_map(|of| figure(of, quantity))
+        .any(|of| of.smallest_difference.is_some())
+}
+
+/// The columns of a quantity: its value, and its error, its prediction and the smallest difference
+/// where a point has them.
+fn columns(quantity: &TableQuantity, points: &[PointResults]) -> Vec<String> {
+    let name = column(&quantity.name);
+    let more = [
+        (quantity.has_error, "error"),
+        (quantity.predicted > Predicted::Not, "prediction"),
+        (is_test(quantity, points), "smallest_difference"),
+    ];
+    let more = more.iter().filter(|(is_there, _)| *is_there);
+    let more: Vec<String> = more.map(|(_, word)| format!("{name}_{word}")).collect();
+    [vec![name], more].concat()
+}
+
+/// The unit of each column of `table.csv` that belongs to a figure, by its name.
+pub fn units(points: &[PointResults]) -> BTreeMap<String, String> {
+    let all = quantities(points);
+    let of_quantity = |quantity: &TableQuantity| {
+        let unit = quantity.unit.clone();
+        let names = columns(quantity, points).into_iter();
+        names
+            .map(move |name| (name, unit.clone()))
+            .collect::<Vec<_>>()
+    };
+    all.iter().flat_map(of_quantity).collect()
 }
 
 /// The name of a column: letters, digits and underscores.
@@ -303,7 +333,15 @@ mod tests {
             tables: Vec::new(),
             note: String::new(),
         };
-        let (header, rows) = tests_on_page(&study, &[point]);
+        let points = [point];
+        // Of two figures of one name the table has the first.
+        let units = units(&points);
+        let columns = ["", "_error", "_prediction", "_smallest_difference"];
+        assert_eq!(units.len(), columns.len());
+        for column in columns.map(|word| format!("velocity{word}")) {
+            assert_eq!(units[&column], "length/time");
+        }
+        let (header, rows) = tests_on_page(&study, &points);
         assert_eq!(
             header.last().map(String::as_str),
             Some("smallest difference")

@@ -7,7 +7,7 @@
 //! ```
 //! use carom_tables::Check;
 //!
-//! let check = Check::at_most("energy drift", 1e-13, carom_tables::allowed_drift(1000));
+//! let check = Check::at_most("energy drift", 1e-13, carom_tables::allowed_drift(1000, None));
 //! assert!(check.passed);
 //! ```
 
@@ -23,6 +23,7 @@ pub mod power_law;
 pub mod run_sums;
 pub mod spectrum;
 pub mod stationarity;
+pub mod student;
 pub mod summary;
 pub mod table;
 pub mod units;
@@ -37,6 +38,7 @@ pub use numbers::{
 };
 pub use run_sums::{MergeError, MergedSums, Replica, RunSums, SumsError};
 pub use stationarity::Stationarity;
+pub use student::student_quantile;
 pub use summary::*;
 pub use table::{Column, Guide, Level, Role, Spacing, Table, TableGrid};
 pub use units::ReportUnits;

@@ -17,7 +17,6 @@ use super::{
     kind::{FROM, MAX_LAG, Parameter, UNTIL},
     overlap,
     request::find,
-    test_error::judged_by_blocks,
 };
 
 /// Samples of the run after which it is judged for the first time whether it has settled. Fewer:
@@ -273,6 +272,7 @@ impl Entry {
             is_elastic,
             is_equilibrium,
             is_cooling,
+            falls: stages::falls(scene),
             cooling_discs: is_cooling.then(|| CoolingDiscs::new(scene)).flatten(),
             hard_discs,
         };
@@ -298,7 +298,7 @@ impl Entry {
             let runs = [block_sums::of_quantity(&sums.blocks, quantity)];
             Figure {
                 stationarity: Stationarity::new(&runs, span),
-                ..judged_by_blocks(figure, &runs)
+                ..figure.judged_by_blocks(&runs)
             }
         };
         let figures: Vec<Figure> = results.figures.into_iter().map(judged).collect();

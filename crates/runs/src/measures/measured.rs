@@ -94,6 +94,10 @@ impl Label {
 
 /// What results depend on besides the observer.
 #[derive(Debug, Clone, Copy)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "independent facts of the scene, each read by other measures"
+)]
 pub struct Context<'a> {
     /// What distinguishes the measure from others of its kind.
     pub label: &'a Label,
@@ -108,6 +112,8 @@ pub struct Context<'a> {
     pub is_equilibrium: bool,
     /// Whether contacts lose energy that nothing gives back: the gas cools.
     pub is_cooling: bool,
+    /// Whether bodies fall, so that the gas has no bulk of one density.
+    pub falls: bool,
     /// A gas of equal discs that cools, whose law is known.
     pub(super) cooling_discs: Option<CoolingDiscs>,
     /// The gas to which theory applies, or why it does not.

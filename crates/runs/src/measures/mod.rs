@@ -58,7 +58,6 @@ mod single;
 mod structure_factor;
 mod structure_factor_map;
 mod temperature;
-pub(crate) mod test_error;
 mod thermal;
 mod thermostat;
 mod tracked;
@@ -79,7 +78,7 @@ use carom_tables::{Figure, Verdict, is_named};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _, ser::Error as _};
 use serde_json::json;
 
-pub(crate) use self::collision_rate::FIGURE as COLLISION_RATE;
+pub(crate) use self::{collision_rate::FIGURE as COLLISION_RATE, wall_pressure::FAR_DENSITY};
 use self::entry::{Entry, Head};
 pub(crate) use self::helfand::{FREE_TIMES_FOR_TRANSPORT, is_transport};
 pub(crate) use self::impulses::NAME as IMPULSES;

@@ -880,6 +880,13 @@ fn the_pressure_on_walls_is_that_of_the_bulk() {
         off.abs() < 4.0 * error && error < 0.02 * figure.value,
         "{figure:?}"
     );
+    // Under gravity the density differs at each height.
+    let has_bulk = |results: &Results| {
+        let mut names = results.figures.iter().map(|figure| &figure.name);
+        names.any(|name| name == "density far from the walls")
+    };
+    let falling = format!("[gravity]\nacceleration = [0.0, -4.0]\n[[wall]]\ny = 0.0\n{gas}");
+    assert!(has_bulk(&results) && !has_bulk(&measured(&falling).0));
     // No centre is nearer to a wall than a radius, and the density at contact exceeds the mean.
     let density = column(table(&results, "wall-pressure"), "density");
     assert_eq!(

@@ -16,6 +16,9 @@ use super::{
 const LAYERS: f64 = 100.0;
 const FAR: f64 = 10.0;
 
+/// Name of the figure of the density where walls do not disturb it; without it if bodies fall.
+pub(crate) const FAR_DENSITY: &str = "density far from the walls";
+
 pub(super) const KIND: MeasureKind = MeasureKind {
     name: "wall-pressure",
     summary: "pressure on parallel walls across the box by momentum, and the density over the distance from them",
@@ -36,7 +39,7 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     figures: &[
         "pressure on the walls",
         "net force on the walls per length",
-        "density far from the walls",
+        FAR_DENSITY,
     ],
     start: |selection| Ok(in_blocks(OfGas::new(selection)?)),
     resume: resumed::<OfGas>,
@@ -162,7 +165,9 @@ impl Measured for OfGas {
         let of_walls = of_walls
             .map(|figure| figure.predicted(predicted.map(|(pressure, _)| pressure), LIU_BULK));
         let force = context.figure("net force on the walls per length", "mass/time²", force);
-        let far = context.figure("density far from the walls", "1/length²", far);
+        let far = context
+            .figure(FAR_DENSITY, "1/length²", far)
+            .filter(|_| !context.falls);
         Results {
             tables: vec![table],
             figures: of_walls.into_iter().chain(force).chain(far).collect(),

@@ -12,7 +12,7 @@ use carom_tables::{
 use super::rebin::with_common_bins;
 use crate::{
     curves::Coefficient,
-    measures::{Results, test_error::judged_by_blocks},
+    measures::Results,
     record::{MeasureRecord, Record, RunRecord},
     run::outcome::is_shown,
 };
@@ -174,9 +174,10 @@ impl<'a> Merged<'a> {
                     blocks => block_sums::of_quantity(blocks, quantity),
                 };
                 let all: Vec<_> = self.parts.iter().map(blocks).collect();
-                judged_by_blocks(merged, &all)
+                merged.judged_by_blocks(&all)
             } else {
-                merged.judged_by(runs)
+                let blocks = Some(runs);
+                Figure { blocks, ..merged }.judged_by(runs)
             }
         };
         first.figures.iter().map(figure).collect()
@@ -491,14 +492,17 @@ fn averaged(figure: &Figure, all: &[Vec<Figure>]) -> Figure {
     let value = mean_of(values.clone()).unwrap_or(figure.value);
     let is_scatter = |error: &f64| *error > ROUNDING * value.abs();
     let own = error_of_errors(&same).filter(|_| same.len() < MIN_BLOCKS);
-    let scattered = || {
-        error_of(&values)
-            .filter(is_scatter)
-            .or(figure.standard_error)
+    let scatter = error_of(&values).filter(is_scatter);
+    // Errors of the runs' own come from numbers of blocks that are not kept.
+    let (standard_error, blocks) = match (own, scatter) {
+        (Some(own), _) => (Some(own), None),
+        (None, Some(scatter)) => (Some(scatter), Some(values.len())),
+        (None, None) => (figure.standard_error, None),
     };
     Figure {
         value,
-        standard_error: own.or_else(scattered),
+        standard_error,
+        blocks,
         prediction: predictions.and_then(mean_of),
         ..figure.clone()
     }
@@ -520,6 +524,12 @@ mod tests {
         assert!((error(&plain) - 0.1).abs() < 1e-15);
         let many: Vec<_> = (0..MIN_BLOCKS).map(|n| run(n as f64, Some(1e-3))).collect();
         assert!(error(&many) > 1.0);
+        // The scatter is that of the runs; how many blocks the errors of runs have is not known.
+        let blocks = |runs: &[Vec<Figure>]| averaged(&runs[0][0], runs).blocks;
+        assert_eq!(
+            [blocks(&two), blocks(&plain), blocks(&many)],
+            [None, Some(2), Some(MIN_BLOCKS)]
+        );
     }
 
     #[test]

@@ -9,8 +9,8 @@ use carom::{
 use carom_methods::AnySimulation;
 use carom_tables::without_numbers;
 
-use crate::measures::{Measures, requests};
-use crate::schedule::stage_edits;
+use crate::measures::{FAR_DENSITY, Measures, requests};
+use crate::schedule::{stage_edits, stages};
 
 /// Molecules of each gas in the scene with which measures are tried.
 const SAMPLE: usize = 2;
@@ -67,6 +67,13 @@ fn sample(scene: &Scene) -> Option<Scene> {
     Some(sample)
 }
 
+/// Whether a figure of a measure cannot end the run of a scene.
+fn is_unavailable(figure: &str, scene: &Scene) -> bool {
+    // The first takes the theory of the gas, which is not asked while a run goes on.
+    figure.starts_with("apparent diffusion coefficient, from lags")
+        || figure == FAR_DENSITY && stages::falls(scene)
+}
+
 /// Refuses the name of a figure in `[run.stop]` that no measure of the scene can have.
 fn refuse_unknown_figure(scene: &Scene) -> Result<()> {
     let Some(name) = scene
@@ -88,8 +95,7 @@ fn refuse_unknown_figure(scene: &Scene) -> Result<()> {
                 .kind
                 .figures
                 .iter()
-                // It takes the theory of the gas, which is not asked while a run goes on.
-                .filter(|begin| !begin.starts_with("apparent diffusion coefficient, from lags"))
+                .filter(|begin| !is_unavailable(begin, scene))
                 .map(|begin| ((*begin).to_owned(), format!("{begin}{end}"))),
         );
     }
@@ -200,5 +206,13 @@ mod tests {
         ] {
             assert_eq!(stop(observe, figure), "", "{figure}");
         }
+        // A gas that falls has no density of its bulk.
+        let wall = |gravity: &str| {
+            let scene = "[[wall]]\ny = 0.0\n[run]\nobserve = [\"wall-pressure\"]\n[run.stop]\n\
+                         figure = \"density far from the walls\"\nrelative_error = 0.01\n";
+            refused(&format!("{gravity}{scene}"))
+        };
+        assert_eq!(wall(""), "");
+        assert!(wall("[gravity]\nacceleration = [0.0, -1.0]\n").contains("no measure"));
     }
 }
