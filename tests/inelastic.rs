@@ -44,6 +44,46 @@ test_each_scheduler! {
     a_guarded_run_does_not_depend_on_samples_or_the_unit_of_time: check_bits;
     contact_times_of_the_guard_follow_their_bodies_through_edits: check_edits;
     contacts_with_a_wall_of_any_length_are_guarded: check_short_walls;
+    discs_lose_what_the_rules_for_any_bodies_take: check_discs;
+}
+
+/// A gas with a bumper and two kinds of discs, of which one loses no energy with itself. `law` is
+/// the coefficient of restitution of all other pairs.
+fn granular_mixture(law: &str, drag: f64) -> Scene {
+    Scene::from_toml(&format!(
+        "[box]\ndrag = {drag}\nseed = 5\n\
+         [[gas]]\ntags = [\"a\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100\n\
+         [[gas]]\ntags = [\"b\"]\nradius = 0.03\nmass = 3.0\nenergy = 1.0\ncount = 60\n\
+         [[bumper]]\ntags = [\"f\"]\nradius = 0.08\nat = [0.5, 0.5]\n\
+         [elasticity]\ncontact_time = 0.01\n\
+         [[elasticity.pair]]\nbetween = [\"a\"]\ncoefficient = {law}\n\
+         [[elasticity.pair]]\nbetween = [\"a\", \"b\"]\ncoefficient = {law}\n\
+         [[elasticity.pair]]\nbetween = [\"a\", \"f\"]\ncoefficient = {law}\n"
+    ))
+    .unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Contacts of two discs have a resolution of their own, except where the coefficient depends on
+/// the speed. A table with one value has the same coefficients, and so must give the same bits.
+fn check_discs<S: Scheduler>(options: &S::Options) {
+    for (coefficient, drag) in [(0.9, 0.0), (0.2, 0.0), (0.8, 0.1)] {
+        let run = |law: &str| {
+            let mut simulation = simulate::<S>(&granular_mixture(law, drag), options);
+            let mut losses = Losses::default();
+            for _ in 0..3000 {
+                assert!(simulation.step(1e9, &mut losses).unwrap());
+            }
+            let view = simulation.view();
+            let (counters, ledger) = (*view.counters(), view.ledger());
+            (bits(&view), losses.elasticities, counters, ledger)
+        };
+        let constant = run(&coefficient.to_string());
+        let of_table = run(&format!(
+            "{{ speeds = [1.0, 2.0], values = [{coefficient}, {coefficient}] }}"
+        ));
+        assert!(constant.2.guarded_collisions > 0, "{:?}", constant.2);
+        assert_eq!(constant, of_table);
+    }
 }
 
 fn check_rattle<S: Scheduler>(options: &S::Options) {

@@ -75,12 +75,19 @@ impl RelativeMotion {
             ],
             angular_velocity: [a.angular_velocity, b.angular_velocity],
             separation_error: HALF_ULP * (2.0 * places + 4.0 * paths + one_norm(separation)),
-            velocity_error: 2.0 * HALF_ULP * (one_norm(a.velocity) + one_norm(b.velocity)),
+            velocity_error: Self::velocity_error_of([a.velocity, b.velocity]),
             orientation_error: [
                 turn_error(a.angular_velocity, duration_a),
                 turn_error(b.angular_velocity, duration_b),
             ],
         }
+    }
+
+    /// Bound on the rounding of the relative velocity of two bodies with these velocities, including
+    /// the part of it that a response cannot resolve (length per time).
+    #[inline]
+    pub fn velocity_error_of([a, b]: [DVec2; 2]) -> f64 {
+        2.0 * HALF_ULP * (one_norm(a) + one_norm(b))
     }
 
     /// The relative motion of two discs, or of two bodies that do not turn, without rounding

@@ -36,6 +36,8 @@ pub(super) enum CellContents {
     DiscsByPair,
     /// Discs of which some have bonds, in cells with neighbour lists.
     TiedDiscs,
+    /// Discs in a sheared box, in cells with neighbour lists.
+    ShearedDiscs,
     /// Molecules and any small discs, in cells with neighbour lists.
     Molecules,
 }
@@ -74,12 +76,16 @@ impl CellGrid {
         // The search among molecules takes the radii as they are: discs with a factor on their
         // contact distance live in cells of discs.
         let by_diameter = by_pair && world.pairs.changes_distances() && discs > 0;
-        // Under shear the search among molecules is the one that knows of images that move.
         let is_sheared = world.is_sheared();
         if is_sheared && by_diameter {
             return None;
         }
-        let holds_molecules = is_sheared || moving().count() > 2 * discs && !by_diameter;
+        // Of the searches only that among molecules knows of images that move.
+        let are_plain_discs =
+            discs == world.bodies().len() && !by_pair && !world.is_tethered() && !world.has_wells();
+        let shears_discs = is_sheared && are_plain_discs;
+        let holds_molecules =
+            is_sheared && !shears_discs || moving().count() > 2 * discs && !by_diameter;
         let mut radii: Vec<f64> = moving()
             .filter(|body| holds_molecules || body.kind.molecule.is_disc())
             .map(|b| b.molecule().bounding_radius())
@@ -105,7 +111,7 @@ impl CellGrid {
         let bodies = world.bodies().len().max(1) as f64;
         let equal_radii = radii.len() == world.bodies().len() && radii.first() == radii.last();
         let spacing = (sides.x * sides.y / bodies).sqrt();
-        let are_alike = !by_pair && !world.is_tethered();
+        let are_alike = !by_pair && !world.is_tethered() && !is_sheared;
         let is_dilute = equal_radii && !holds_molecules && are_alike && spacing > DILUTE * longest;
         let cells_per_body = match largest_small > 0.0 {
             true if is_dilute => CELLS_PER_BODY_WHERE_DILUTE,
@@ -115,6 +121,7 @@ impl CellGrid {
         let contents = match (holds_molecules, is_dilute) {
             (true, _) => CellContents::Molecules,
             (false, true) => CellContents::DiluteDiscs,
+            (false, false) if shears_discs => CellContents::ShearedDiscs,
             (false, false) if by_pair => CellContents::DiscsByPair,
             (false, false) if world.is_tethered() => CellContents::TiedDiscs,
             (false, false) => CellContents::Discs,
@@ -126,7 +133,7 @@ impl CellGrid {
             largest_small,
             largest_factor: factor,
             contents,
-            keeps_motions: holds_molecules || world.keeps_spins,
+            keeps_motions: holds_molecules || shears_discs || world.keeps_spins,
         };
         let sparse = (grid.free_area(world) / (cells_per_body * bodies)).sqrt();
         let length = (longest * (1.0 + MARGIN)).max(sparse);

@@ -64,6 +64,43 @@ impl<F: CellFrame> CellState<F> {
         }
     }
 
+    /// Whether a disc sees others through the border of the box.
+    #[inline(always)]
+    pub(super) fn sees_border(&self, disc: u32) -> bool {
+        let cell = self.records[disc as usize].cell();
+        self.neighbour_lists.list(cell).at_border
+    }
+
+    /// Finds the earliest event of a disc in a sheared box that sees no images, writes it into its
+    /// record, and returns its time.
+    #[inline(always)]
+    pub(super) fn predict_sheared_disc<D: Detection, K: Kernel>(
+        &mut self,
+        kernel: K,
+        world: &World,
+        detection: &D,
+        disc: u32,
+        now: f64,
+    ) -> f64 {
+        let cell = self
+            .neighbour_lists
+            .index(self.records[disc as usize].cell());
+        let (soonest, covered) = self.query_any_list(kernel, disc, now, cell);
+        let (crossing_time, crossing) = match &self.seam {
+            Some(seam) => self.crossing_under_shear(seam, disc, now),
+            None => self.crossing(&self.records[disc as usize], now),
+        };
+        let events = DiscEvents {
+            contact_time: now + soonest.time,
+            partner: soonest.slot & INDEX_MASK,
+            is_ambiguous: soonest.is_ambiguous,
+            covered,
+            crossing_time,
+            crossing,
+        };
+        self.store_disc_event(world, detection, disc, now, &events)
+    }
+
     /// [`Self::query_neighbours`] for any neighbour list: the earliest contact, and the cell if it
     /// is covered.
     #[inline(always)]

@@ -1,20 +1,25 @@
 //! Small discs of which some do not see each other, or touch at another distance than the sum of
 //! their radii.
 //!
-//! The candidates are filtered before the search, and the search takes the contact distance of each
-//! pair. The scheduler uses this search only where a rule for pairs of tags affects a body, so that
-//! other scenes do not pay for it. The contact times are those of `discs` to the bit.
+//! The discs around one are sorted by the distance at which it meets them, and searched in lanes.
+//! The scheduler uses this search only where a rule for pairs of tags affects a body, so that other
+//! scenes do not pay for it. The contact times are those of `discs` to the bit.
 
 use carom_detection::{DISC_LANES, Detection};
 use smallvec::SmallVec;
 
 use super::{
+    cell_block::CellBlock,
+    dispatch::dispatched,
     frame::{CellFrame, Numbering},
-    simd::{NeighbourQuery, sooner},
+    pair_classes::Meeting,
+    simd::{Kernel, NeighbourQuery, SoonestSlot, sooner},
     slot::INDEX_MASK,
     state::CellState,
 };
-use crate::world::World;
+use crate::world::{World, wells::InWell};
+
+dispatched!(predict_disc_by_pair(disc: u32, now: f64));
 
 impl<F: CellFrame> CellState<F> {
     /// The factor on the sum of the radii of two bodies at their contact; 0 if they do not see each
@@ -25,53 +30,99 @@ impl<F: CellFrame> CellState<F> {
     }
 
     /// Finds the earliest event of a small disc and writes it into its record.
-    #[inline(never)]
-    pub(super) fn predict_disc_by_pair<D: Detection>(
+    #[inline(always)]
+    pub(super) fn predict_disc_by_pair<D: Detection, K: Kernel>(
         &mut self,
+        kernel: K,
         world: &World,
         detection: &D,
         disc: u32,
         now: f64,
     ) {
+        let query = self.query(disc, now);
+        let list = self.neighbour_lists.list(query.from.cell());
+        let covered = list.is_covered().then_some(list.cell);
+        let partners = PartnersInWells::new(world.shells.at(self.bodies.among_all(disc)));
+        let mut soonest = SoonestSlot::NONE;
+        let in_lanes = self.pair_classes.meetings_of(disc);
+        for meeting in in_lanes.into_iter().flatten() {
+            soonest = soonest.or(self.soonest_at(kernel, &query, &list, meeting, &partners));
+        }
+        let contact = if in_lanes.is_none() | soonest.is_ambiguous | self.asks_detector {
+            self.search_pairs(world, detection, disc, now)
+        } else {
+            (soonest.time, soonest.slot & INDEX_MASK)
+        };
+        let crossing = self.crossing(query.from, now);
+        self.write_earlier_event(disc, (now + contact.0, contact.1), crossing);
+        if let Some(cell) = covered {
+            self.search_covered_cell(world, detection, disc, cell, now, None);
+        }
+    }
+
+    /// The earliest contact with the discs of a list that are met at one distance, without those in
+    /// the well of the disc.
+    #[inline(always)]
+    fn soonest_at<K: Kernel>(
+        &self,
+        kernel: K,
+        query: &NeighbourQuery<'_>,
+        list: &CellBlock<'_>,
+        meeting: &Meeting,
+        partners: &PartnersInWells<'_>,
+    ) -> SoonestSlot {
+        let query = NeighbourQuery {
+            pair_constants: meeting.pair_constants,
+            ..*query
+        };
+        let mut soonest = SoonestSlot::NONE;
+        let mut eight = [list.dummy; DISC_LANES];
+        let mut count = 0;
+        list.for_each_slots8(|slots| {
+            for &slot in slots {
+                let other = slot & INDEX_MASK;
+                eight[count] = slot;
+                let is_met = meeting.has(self.pair_classes.of(other)) && !partners.has(other);
+                count += usize::from(is_met);
+                if count == DISC_LANES {
+                    let of_eight = kernel.soonest_of_eight::<true>(query, &eight);
+                    soonest = soonest.or(of_eight.in_slots(&eight));
+                    count = 0;
+                }
+            }
+        });
+        if count > 0 {
+            eight[count..].fill(list.dummy);
+            let of_eight = kernel.soonest_of_eight::<true>(query, &eight);
+            soonest = soonest.or(of_eight.in_slots(&eight));
+        }
+        soonest
+    }
+
+    /// The earliest contact of a small disc, with the distance of each pair by itself and as the
+    /// detector finds it: time from now (infinite for none) and partner.
+    #[cold]
+    #[inline(never)]
+    fn search_pairs<D: Detection>(
+        &self,
+        world: &World,
+        detection: &D,
+        disc: u32,
+        now: f64,
+    ) -> (f64, u32) {
         let query = NeighbourQuery {
             pair_constants: None,
             ..self.query(disc, now)
         };
         let list = self.neighbour_lists.list(query.from.cell());
-        let covered = list.is_covered().then_some(list.cell);
-        let mut soonest = (f64::INFINITY, 0);
-        // The factors are those of `World::pair_factor`, looked up once.
         let mut visible = SmallVec::<[(u32, f64); 4 * DISC_LANES]>::new();
-        let body = self.bodies.among_all(disc);
-        let factors = world
-            .pairs
-            .factors_outside_wells(&world.bodies[body as usize]);
-        let in_wells = world.shells.at(body);
-        // One of 64 bits for each partner: most other discs then need no look at the list.
-        let bit = |body: u32| 1_u64 << (body % u64::BITS);
-        let bits = in_wells
-            .iter()
-            .fold(0, |bits, entry| bits | bit(entry.partner));
-        list.for_each_slots8(|slots| {
-            for &slot in slots {
-                let other = slot & INDEX_MASK;
-                if other == disc || other == self.dummy() {
-                    continue;
-                }
-                let other = self.bodies.among_all(other);
-                let factor = if let &[only] = factors {
-                    only
-                } else {
-                    let class = world.bodies[other as usize].kind.tag_class;
-                    factors.get(class as usize).copied().unwrap_or(1.0)
-                };
-                let is_in_well =
-                    bits & bit(other) != 0 && in_wells.iter().any(|entry| entry.partner == other);
-                if factor > 0.0 && !is_in_well {
-                    visible.push((slot, factor));
-                }
+        for slot in list.slots().filter(|slot| slot & INDEX_MASK != disc) {
+            let factor = self.pair_factor(world, [disc, slot & INDEX_MASK]);
+            if factor > 0.0 {
+                visible.push((slot, factor));
             }
-        });
+        }
+        let mut soonest = (f64::INFINITY, 0);
         for some in visible.chunks(DISC_LANES) {
             let mut slots = [self.dummy(); DISC_LANES];
             for (lane, &(slot, _)) in some.iter().enumerate() {
@@ -86,10 +137,117 @@ impl<F: CellFrame> CellState<F> {
                 soonest = sooner(soonest, (time, slot & INDEX_MASK));
             }
         }
-        let crossing = self.crossing(query.from, now);
-        self.write_earlier_event(disc, (now + soonest.0, soonest.1), crossing);
-        if let Some(cell) = covered {
-            self.search_covered_cell(world, detection, disc, cell, now, None);
+        soonest
+    }
+}
+
+/// The discs in whose wells one disc is.
+struct PartnersInWells<'a> {
+    list: &'a [InWell],
+    /// One of 64 bits for each: most other discs then need no look at the list.
+    bits: u64,
+}
+
+impl<'a> PartnersInWells<'a> {
+    #[inline(always)]
+    fn new(list: &'a [InWell]) -> Self {
+        let partners = list.iter().map(|entry| Self::bit(entry.partner));
+        Self {
+            list,
+            bits: partners.fold(0, |bits, bit| bits | bit),
         }
+    }
+
+    #[inline(always)]
+    fn bit(body: u32) -> u64 {
+        1 << (body % u64::BITS)
+    }
+
+    #[inline(always)]
+    fn has(&self, body: u32) -> bool {
+        self.bits & Self::bit(body) != 0 && self.list.iter().any(|entry| entry.partner == body)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use carom_detection::Exact;
+
+    use super::*;
+    use crate::{
+        CellScheduler, Instructions,
+        cells::{body_record::RecordKind, cell_grid::CellGrid, frame::WholeBox, simd::available},
+        run::simulation::Simulation,
+        scene::Scene,
+    };
+
+    fn gas(tag: &str, radius: &str, count: u32) -> String {
+        format!(
+            "[[gas]]\ntags = [\"{tag}\"]\nradius = {radius}\nmass = 1.0\nenergy = 1.0\ncount = {count}\n"
+        )
+    }
+
+    /// Predicts all discs of a scene; every contact must be that of the search pair by pair.
+    /// Returns the number of discs that were searched in lanes, and that of contacts.
+    fn compare(text: &str) -> [usize; 2] {
+        let scene = Scene::from_toml(text).unwrap_or_else(|error| panic!("{error}"));
+        let simulation =
+            Simulation::<Exact, carom_response::Impact, CellScheduler>::new(&scene).unwrap();
+        let world = &simulation.world;
+        let grid = CellGrid::new(world).expect("the box has three cells a side");
+        let mut state = CellState::new(available(Instructions::Widest), grid, WholeBox);
+        state.begin_epoch(world, &simulation.detection, 1.0);
+        let mut counts = [0; 2];
+        for disc in 0..state.dummy() {
+            counts[0] += usize::from(state.pair_classes.meetings_of(disc).is_some());
+            let (time, partner) = state.search_pairs(world, &simulation.detection, disc, 0.0);
+            let record = &state.records[disc as usize];
+            if record.kind() == RecordKind::Discs {
+                assert_eq!(
+                    (record.time, record.partner()),
+                    (time, partner),
+                    "disc {disc}"
+                );
+                counts[1] += 1;
+            } else {
+                assert!(time >= record.time, "disc {disc}");
+            }
+        }
+        counts
+    }
+
+    #[test]
+    fn contacts_in_lanes_are_those_of_each_pair_by_itself() {
+        let unseen = "[[transparent]]\nbetween = [\"a\", \"b\"]\n";
+        let wider = "[[diameter]]\nbetween = [\"a\", \"b\"]\nfactor = 1.3\n";
+        let wells = "[[well]]\nbetween = [\"a\", \"b\"]\nsteps = [[1.5, -1.0]]\n";
+        let like = gas("a", "0.008", 300) + &gas("b", "0.008", 300);
+        let unlike = gas("a", "0.008", 300) + &gas("b", "0.012", 200);
+        for rule in [unseen, wider, wells] {
+            for discs in [&like, &unlike] {
+                let [in_lanes, contacts] = compare(&format!("{discs}{rule}"));
+                assert!(in_lanes >= 500 && contacts > 50, "{in_lanes}, {contacts}");
+            }
+        }
+    }
+
+    #[test]
+    fn discs_of_many_distances_are_searched_pair_by_pair() {
+        // Radii that differ within a tag, with a factor on them.
+        let sizes = "{ uniform = [0.006, 0.01] }";
+        let wider = "[[diameter]]\nbetween = [\"a\", \"b\"]\nfactor = 1.3\n";
+        let [in_lanes, contacts] = compare(
+            &(gas("a", sizes, 200) + &gas("b", sizes, 200) + &gas("c", sizes, 100) + wider),
+        );
+        assert_eq!(in_lanes, 100);
+        assert!(contacts > 50, "{contacts}");
+        // More classes than the tables hold.
+        let many: String = (0..20)
+            .map(|n| gas(&format!("t{n}"), "0.008", 25))
+            .collect();
+        let unseen = "[[transparent]]\nbetween = [\"t0\", \"t1\"]\n";
+        let [in_lanes, contacts] = compare(&(many + unseen));
+        assert_eq!(in_lanes, 0);
+        assert!(contacts > 50, "{contacts}");
     }
 }

@@ -198,6 +198,11 @@ impl<F: CellFrame> CellState<F> {
         motions: [Motion; 2],
     ) {
         let now = motions[0].time;
+        if world.has_reactions {
+            for body in bodies {
+                self.pair_classes.renew(world, body);
+            }
+        }
         for (body, motion) in bodies.into_iter().zip(&motions) {
             if !self.multi_cell.is_fixed(body) {
                 self.set_motion(kernel, body, motion.position, motion.velocity, now);
@@ -208,6 +213,10 @@ impl<F: CellFrame> CellState<F> {
                 self.molecules.set_motion(body, motion);
                 self.update_occupant(kernel, body);
             }
+        }
+        let are_multi_cell = bodies.map(|body| self.multi_cell.is_multi_cell(body));
+        if self.grid.contents() == CellContents::Discs && are_multi_cell == [false; 2] {
+            return self.predict_two_discs(kernel, world, detection, bodies, now);
         }
         let skip_partner = self.skip_partner(bodies);
         if let Some([body, other]) = skip_partner {

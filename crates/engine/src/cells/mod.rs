@@ -73,7 +73,7 @@
 //! 1. Data of a body and of a cell: `slot`, `body_record`, `cell_block`, `f32_filter`, `frame`.
 //! 2. The kernels of each instruction set: `simd`.
 //! 3. Containers: `neighbour_lists`, `cell_occupants`, `calendar` with `prefetch`, `candidates`,
-//!    `molecules`, `multi_cell` (its own file and `covered`), `cell_grid`.
+//!    `molecules`, `multi_cell` (its own file and `covered`), `cell_grid`, `pair_classes`.
 //! 4. The workspace of a run, of which any number may exist: `state`.
 //! 5. Lists of multi-cell bodies: `walls`, `multi_cell::listing`.
 //! 6. Predictions: `dispatch`, the searches in `multi_cell`, `discs`, `discs_by_pair`, `dilute`,
@@ -109,6 +109,7 @@ mod molecule_search;
 mod molecules;
 mod multi_cell;
 mod neighbour_lists;
+mod pair_classes;
 mod partners;
 mod prediction;
 mod prefetch;
@@ -192,6 +193,7 @@ impl Cells {
             CellContents::Discs
             | CellContents::DiscsByPair
             | CellContents::TiedDiscs
+            | CellContents::ShearedDiscs
             | CellContents::Molecules => None,
         };
         Self {

@@ -5,6 +5,7 @@ use carom_detection::Detection;
 use super::{
     body_record::RecordKind,
     cell_grid::CellContents,
+    discs_by_pair::predict_disc_by_pair,
     dispatch::dispatched,
     frame::CellFrame,
     molecule_search::predict_molecule,
@@ -51,6 +52,10 @@ impl<F: CellFrame> CellState<F> {
                 self.search_partners(world, body, now, None);
                 self.records[body as usize].time
             }
+            // At the border images move.
+            CellContents::ShearedDiscs if !self.sees_border(body) => {
+                self.predict_sheared_disc(kernel, world, detection, body, now)
+            }
             // All bodies of a dilute gas live in cells.
             CellContents::DiluteDiscs if F::IS_WHOLE => {
                 self.predict_dilute(kernel, detection, body, now)
@@ -82,7 +87,7 @@ impl<F: CellFrame> CellState<F> {
         if F::IS_WHOLE && self.multi_cell.is_multi_cell(body) {
             predict_multi_cell(self, world, detection, body, now, except);
         } else if self.grid.is_by_pair() {
-            self.predict_disc_by_pair(world, detection, body, now);
+            predict_disc_by_pair(self, world, detection, body, now);
         } else {
             predict_molecule(self, world, detection, body, now, except);
         }

@@ -20,6 +20,7 @@ use super::{
     molecules::Molecules,
     multi_cell::MultiCellBodies,
     neighbour_lists::NeighbourLists,
+    pair_classes::PairClasses,
     prefetch::MIN_BODIES,
     simd::{AvailableInstructions, Kernel, NeighbourQuery, PairConstants, Portable},
 };
@@ -73,6 +74,7 @@ pub(super) struct CellState<F: CellFrame = WholeBox> {
     pub(super) occupants: CellOccupants,
     pub(super) molecules: Molecules,
     pub(super) multi_cell: MultiCellBodies,
+    pub(super) pair_classes: PairClasses,
     /// End of the epoch; later events are not needed (offset in the epoch).
     pub(super) limit: f64,
     /// Bound on the rounding of a separation in this epoch (length).
@@ -108,6 +110,7 @@ impl<F: CellFrame> CellState<F> {
             occupants: CellOccupants::default(),
             molecules: Molecules::default(),
             multi_cell: MultiCellBodies::default(),
+            pair_classes: PairClasses::default(),
             limit: 0.0,
             separation_error: 0.0,
             pair_constants: None,
@@ -153,6 +156,8 @@ impl<F: CellFrame> CellState<F> {
         self.push_dummy();
         let [columns, rows] = self.grid.counts();
         self.multi_cell.clear();
+        self.pair_classes
+            .lay_out(world, &self.grid, self.separation_error);
         self.molecules.clear();
         if self.grid.is_dilute() {
             let velocities = world.motions().iter().map(|motion| motion.velocity);
@@ -167,7 +172,11 @@ impl<F: CellFrame> CellState<F> {
         if self.grid.keeps_motions() {
             self.molecules.take_over(&motions);
         }
-        if self.grid.holds_molecules() || world.is_tethered() || world.has_wells() {
+        if self.grid.holds_molecules()
+            || world.is_sheared()
+            || world.is_tethered()
+            || world.has_wells()
+        {
             self.multi_cell.expect_contacts(bodies);
         }
         for (index, body) in world.bodies().iter().enumerate() {
@@ -239,6 +248,7 @@ impl<F: CellFrame> CellState<F> {
             + self.occupants.heap_bytes()
             + self.molecules.heap_bytes()
             + self.multi_cell.heap_bytes()
+            + self.pair_classes.heap_bytes()
     }
 
     /// Stores the motion of a body, and the number of boxes that it has left behind.

@@ -87,6 +87,15 @@ impl ElasticityTable {
         }
     }
 
+    /// The elasticity of contacts between two bodies, if their speed has no effect on it.
+    #[inline]
+    pub(crate) fn at_any_speed(&self, a: &Body, b: &Body) -> Option<Elasticity> {
+        match self.entry(a, b) {
+            None => Some(self.default),
+            Some(pair) => pair.by_speed.is_none().then_some(pair.elasticity),
+        }
+    }
+
     #[inline]
     fn entry(&self, a: &Body, b: &Body) -> Option<&PairElasticity> {
         let [a, b] = [a, b].map(|body| body.kind.tag_class as usize);

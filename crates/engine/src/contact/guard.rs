@@ -78,9 +78,23 @@ pub(crate) struct Partner<'a> {
 }
 
 impl Guard {
+    /// Whether the guard raises the elasticity of a contact of two discs that no force accelerates.
+    /// `since` are the times since their last contacts.
+    #[inline]
+    pub(crate) fn raises_for_discs(
+        self,
+        radii: [f64; 2],
+        relative_velocity: DVec2,
+        since: [f64; 2],
+    ) -> bool {
+        let way = self.contact_time * (2.0 * radii[0].min(radii[1]));
+        let speed = relative_velocity.length();
+        since.iter().all(|&since| is_soon(since, speed, way))
+    }
+
     /// Returns a higher elasticity for a contact of elasticity below 1; `None` if it keeps its own.
     /// `fall` is the relative acceleration of the bodies (length / time²).
-    #[cold]
+    #[inline(never)]
     pub(crate) fn raise(
         self,
         elasticity: Elasticity,
@@ -95,8 +109,8 @@ impl Guard {
         let speed = (b.motion.velocity - a.motion.velocity).length() + rims;
         let diameter = 2.0 * size(a.body).min(size(b.body));
         let way = self.contact_time * diameter;
-        // 0 × ∞ is NaN, and the comparison is then false.
-        let soon = |partner: &Partner<'_>| partner.body.is_fixed() || partner.since * speed < way;
+        let soon =
+            |partner: &Partner<'_>| partner.body.is_fixed() || is_soon(partner.since, speed, way);
         let turns = |partner: &Partner<'_>| {
             !partner.body.is_locked() && !partner.body.kind.molecule.is_disc()
         };
@@ -124,6 +138,13 @@ impl Guard {
             .then(|| elasticity.with_coefficient(raised).ok())
             .flatten()
     }
+}
+
+/// Whether a time is less than that of a way (length) at a speed.
+#[inline]
+fn is_soon(since: f64, speed: f64, way: f64) -> bool {
+    // 0 × ∞ is NaN, and the comparison is then false.
+    since * speed < way
 }
 
 /// Whether one of the bodies touches the inside of an arc: the arm from the centre of the circle

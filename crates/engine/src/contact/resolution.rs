@@ -10,7 +10,7 @@
 )]
 
 use carom_detection::TetherBound;
-use carom_kinematics::{Inertia, Motion, kinetic_energy};
+use carom_kinematics::{Inertia, Motion, RelativeMotion, kinetic_energy};
 use carom_response::{
     ContactFrame, Elasticity, Impact, Response, apply_impulse, approach_speed, impulse_at_step,
     reduced_mass,
@@ -23,7 +23,9 @@ use crate::{
         elasticity_table::ElasticityTable,
         guard::Partner,
         joint_contact::{JointContact, joint_contact, may_be_joint},
-        separation::{least_speed_at_step, missing_impulse, round_outwards},
+        separation::{
+            is_deep, least_speed_at_step, least_speed_of_discs, missing_impulse, round_outwards,
+        },
     },
     world::{
         World,
@@ -98,6 +100,15 @@ pub(crate) struct ResolvedDiscs {
     pub met_fixed: bool,
 }
 
+/// The outcome of a contact of two discs that may lose energy.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LossyDiscs {
+    pub discs: ResolvedDiscs,
+    pub elasticity: Elasticity,
+    /// Kinetic energy lost (mass × length² / time²).
+    pub lost: f64,
+}
+
 impl<R: Response> Rules<'_, R> {
     /// Whether every contact of two bodies of the table is smooth and conserves the energy, and no
     /// disc has a spin.
@@ -140,6 +151,80 @@ impl<R: Response> Rules<'_, R> {
             after: [after_a, after_b],
             met_fixed,
         }
+    }
+
+    /// Resolves the contact of two discs without spins that may lose energy, to the bit as
+    /// [`Self::resolve`] does. `None` if it needs more than an impulse: with a fixed body, a rough
+    /// contact, one whose elasticity depends on the speed, one that the guard spares, or where
+    /// rounding has to be corrected. No force accelerates the discs, and they meet at the sum of
+    /// their radii.
+    #[inline(never)]
+    pub fn resolve_lossy_discs(
+        &self,
+        contact: &ContactEvent,
+        [[place_a, velocity_a], [place_b, velocity_b]]: [[DVec2; 2]; 2],
+        inverse_masses: [f64; 2],
+        last_contacts: Option<[f64; 2]>,
+    ) -> Option<LossyDiscs> {
+        let [a, b] = contact.bodies.map(|body| &self.world.bodies[body as usize]);
+        let elasticity = self.elasticity.at_any_speed(a, b)?;
+        let met_fixed = inverse_masses[0] * inverse_masses[1] == 0.0;
+        if met_fixed || !elasticity.is_smooth() || self.response.is_rough(elasticity) {
+            return None;
+        }
+        let mut d = place_b - place_a;
+        if contact.image != [0, 0] {
+            d += self.world.bounds.shift(contact.image);
+        }
+        let velocities = [velocity_a, velocity_b];
+        let relative = velocity_b - velocity_a;
+        let radii = [a, b].map(|body| body.molecule().bounding_radius());
+        if let Some(last) = last_contacts
+            && elasticity.coefficient() < 1.0
+        {
+            let duration = |time: f64| self.world.clock.duration(time);
+            let since = last.map(|last| duration(contact.time) - duration(last));
+            if self
+                .elasticity
+                .guard
+                .raises_for_discs(radii, relative, since)
+            {
+                return None;
+            }
+        }
+        let impulse = self
+            .response
+            .impulse_of_discs(d, velocities, inverse_masses, elasticity);
+        let after = [
+            velocity_a - impulse * inverse_masses[0],
+            velocity_b + impulse * inverse_masses[1],
+        ];
+        let distance = d.length();
+        let rounding = RelativeMotion::velocity_error_of(velocities);
+        // The margin exceeds the rounding of this speed.
+        let parts = (after[1] - after[0]).dot(d) > 2.0 * least_speed_of_discs(rounding) * distance;
+        if !parts || is_deep(self.world, (radii[0] + radii[1]) - distance) {
+            return None;
+        }
+        let energy = |[of_a, of_b]: [DVec2; 2]| {
+            0.5 * of_a.length_squared() / inverse_masses[0]
+                + 0.5 * of_b.length_squared() / inverse_masses[1]
+        };
+        let lost = if self.response.conserves_energy(elasticity) {
+            0.0
+        } else {
+            energy(velocities) - energy(after)
+        };
+        Some(LossyDiscs {
+            discs: ResolvedDiscs {
+                line_of_centres: d,
+                impulse,
+                after,
+                met_fixed,
+            },
+            elasticity,
+            lost,
+        })
     }
 
     /// The acceleration of the second body relative to the first (length / time²).

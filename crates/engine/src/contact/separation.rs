@@ -88,7 +88,7 @@ const MIN_PARTING: f64 = 0.25;
 /// The additional impulse on B (mass × length / time) with which the surfaces separate fast enough
 /// to be resolved. `None` if they already do, or if the response leaves them closing at a resolved
 /// speed. `separation_error` is that of the epoch (length).
-#[cold]
+#[inline(never)]
 pub(crate) fn missing_impulse(
     world: &World,
     separation_error: f64,
@@ -102,7 +102,7 @@ pub(crate) fn missing_impulse(
     let least = if parts == TouchingParts::Discs {
         // Discs fly straight: once separating they do not meet again, for any rounding of their
         // positions.
-        2.0 * relative.velocity_error
+        least_speed_of_discs(relative.velocity_error)
     } else {
         // The scheduler may use another image or store positions with a larger error; this bounds
         // all cases.
@@ -134,6 +134,13 @@ pub(crate) fn missing_impulse(
     let mass = reduced_mass(frame, bodies.map(|body| &body.kind.inertia));
     // Surfaces that still close faster do so because of the response, which is not overridden.
     (approach.abs() < least).then(|| (least + approach) * mass * frame.normal())
+}
+
+/// The least speed with which two discs separate, for this bound on the rounding of their relative
+/// velocity (both length per time): once separating they do not meet again.
+#[inline]
+pub(crate) fn least_speed_of_discs(velocity_error: f64) -> f64 {
+    2.0 * velocity_error
 }
 
 /// The least speed with which two discs bounce back from a step of their well (length per time):
@@ -283,6 +290,18 @@ fn smallest_of_groups(world: &World, table: &ElasticityTable) -> Vec<(Group, Vec
     groups.into_iter().collect()
 }
 
+/// Whether an overlap at a contact is so deep (length) that positions are rounded outwards.
+#[inline]
+pub(crate) fn is_deep(world: &World, depth: f64) -> bool {
+    depth > TOLERATED * position_rounding(world)
+}
+
+/// The rounding of a position at the far side of the box (length).
+#[inline]
+fn position_rounding(world: &World) -> f64 {
+    f64::EPSILON * world.bounds.sides().max_element()
+}
+
 /// Rounds the positions of two bodies that overlap by `depth` (length) away from each other, if
 /// their surfaces separate. Pairs that still close after their contact reach the limit on contacts
 /// at one instant instead.
@@ -294,10 +313,9 @@ pub(crate) fn round_outwards(
     inertias: [&Inertia; 2],
     motions: &mut [Motion; 2],
 ) {
-    let rounding = f64::EPSILON * world.bounds.sides().max_element();
-    if depth > TOLERATED * rounding && approach_speed(frame, [&motions[0], &motions[1]]) < 0.0 {
+    if is_deep(world, depth) && approach_speed(frame, [&motions[0], &motions[1]]) < 0.0 {
         let [a, b] = inertias.map(|inertia| inertia.inverse_mass);
-        let outwards = depth.min(MAX_OUTWARDS * rounding);
+        let outwards = depth.min(MAX_OUTWARDS * position_rounding(world));
         let normal = frame.normal();
         if let Some(arc) = touched_arc(world, contact) {
             let away = if arc == 0 { normal } else { -normal };

@@ -17,7 +17,7 @@ use crate::{
         elasticity_table::ElasticityTable,
         limits::{ContactPlaces, Limits},
         reaction_table::{PendingReaction, ReactantFate, ReactionOutcome, ReactionTable},
-        resolution::{ContactPair, Resolved, ResolvedDiscs, Rules},
+        resolution::{ContactPair, LossyDiscs, Resolved, ResolvedDiscs, Rules},
         simultaneous_contacts::SimultaneousContacts,
         thermal_wall,
         unresolved::Unresolved,
@@ -77,14 +77,18 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
     fn run<Q: EventQueue>(mut self, queue: &mut Q) -> Self::End {
         // Contacts are resolved in the laboratory, but flights of discs are those of the falling
         // frame. Reactions are decided where any contact is resolved, and so is the motion of
-        // images.
+        // images through the seam of a sheared box.
         let is_sheared = self.world.is_sheared();
         let has_wells = self.world.has_wells();
         let is_special = self.world.has_special_contacts | is_sheared | has_wells;
-        let all_elastic = self.rules().all_elastic()
-            && !self.world.has_gravity()
+        let all_elastic =
+            self.rules().all_elastic() && !self.world.has_gravity() && !self.world.has_reactions;
+        // Discs that neither turn nor accelerate, and meet at the sum of their radii.
+        let may_lose = !all_elastic
+            && !self.world.keeps_spins
+            && !self.world.accelerates()
             && !self.world.has_reactions
-            && !is_sheared;
+            && !self.world.pairs.is_active();
         loop {
             let limit = self.limits.time();
             let stop = if limit < self.target {
@@ -108,14 +112,23 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
             if repeats {
                 self.count_repeated(bodies, time)?;
             }
-            if contact.parts == TouchingParts::Discs && all_elastic && !repeats {
+            let is_through_seam = is_sheared && contact.image[1] != 0;
+            if contact.parts == TouchingParts::Discs && all_elastic && !repeats && !is_through_seam
+            {
                 let inverse_masses = queue.inverse_masses(self.world, bodies);
                 let (a, b) = (queue.flight(bodies[0], time), queue.flight(bodies[1], time));
                 let resolved = self
                     .rules()
                     .resolve_discs(contact.image, [a, b], inverse_masses);
-                self.record_discs(contact, [a, b], resolved)?;
+                self.record_discs(contact, [a, b], resolved, Elasticity::ELASTIC)?;
                 let flights = [[a[0], b[0]], resolved.after];
+                queue.flights_changed(self.world, self.detection, bodies, time, flights);
+            } else if contact.parts == TouchingParts::Discs
+                && may_lose
+                && !repeats
+                && !is_through_seam
+                && let Some(flights) = self.lose_in_discs(queue, &contact)?
+            {
                 queue.flights_changed(self.world, self.detection, bodies, time, flights);
             } else if contact.is_stop() {
                 self.stop_piston(queue, contact);
@@ -171,7 +184,6 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
 
     /// Resolves and records any contact in a system with thermal walls, reactions, wells or a
     /// shear, and decides whether the bodies react.
-    #[cold]
     #[inline(never)]
     fn resolve_special(&mut self, encounter: &ContactPair) -> Result<Resolved, RunError> {
         if let TouchingParts::Step(bound) = encounter.contact.parts {
@@ -302,6 +314,40 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         queue.motion_changed(self.world, self.detection, piston, onwards);
     }
 
+    /// Resolves and records the contact of two discs that may lose energy, if that takes no more
+    /// than an impulse; returns the places of both, and their velocities after it.
+    #[inline(never)]
+    fn lose_in_discs<Q: EventQueue>(
+        &mut self,
+        queue: &Q,
+        contact: &ContactEvent,
+    ) -> Result<Option<[[DVec2; 2]; 2]>, RunError> {
+        let ContactEvent { time, bodies, .. } = *contact;
+        let inverse_masses = queue.inverse_masses(self.world, bodies);
+        let flights = bodies.map(|body| queue.flight(body, time));
+        let last_contacts = self.last_contacts(bodies);
+        let resolved =
+            self.rules()
+                .resolve_lossy_discs(contact, flights, inverse_masses, last_contacts);
+        let Some(LossyDiscs {
+            discs,
+            elasticity,
+            lost,
+        }) = resolved
+        else {
+            return Ok(None);
+        };
+        self.record_discs(*contact, flights, discs, elasticity)?;
+        if last_contacts.is_some() {
+            for body in bodies {
+                self.world.last_contacts[body as usize] = time;
+            }
+        }
+        let slowing = self.world.clock.slowing(time);
+        self.ledger.book_loss(lost, slowing);
+        Ok(Some([flights.map(|[place, _]| place), discs.after]))
+    }
+
     /// The times of the last contacts of two bodies; `None` without a guard.
     pub(crate) fn last_contacts(&self, bodies: [u32; 2]) -> Option<[f64; 2]> {
         let last = &self.world.last_contacts;
@@ -315,6 +361,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         contact: ContactEvent,
         flights: [[DVec2; 2]; 2],
         resolved: ResolvedDiscs,
+        elasticity: Elasticity,
     ) -> Result<(), RunError> {
         // All parts by themselves, and put together where they are needed: an array or a struct
         // whose address is passed on stays in memory for each contact, and is read as a whole
@@ -361,6 +408,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
                     after,
                     met_fixed,
                 },
+                elasticity,
             );
         }
         Ok(())
@@ -384,6 +432,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         contact: ContactEvent,
         flights: [[DVec2; 2]; 2],
         resolved: ResolvedDiscs,
+        elasticity: Elasticity,
     ) {
         let ContactEvent {
             time,
@@ -433,7 +482,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
             normal,
             impulse: impulse * slowing,
             drag: self.world.clock.drag(),
-            elasticity: Elasticity::ELASTIC,
+            elasticity,
             image,
             shift: self.world.bounds.shift(image),
             points: 1,

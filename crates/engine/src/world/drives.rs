@@ -142,7 +142,7 @@ impl World {
         }
     }
 
-    #[cold]
+    #[inline(never)]
     fn driven_motion_at(&self, body: u32, motion: &Motion, time: f64) -> Motion {
         let body = body as usize;
         let drive = if self.bodies[body].is_fixed() {

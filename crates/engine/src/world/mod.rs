@@ -346,13 +346,11 @@ impl World {
     /// are indices in the order of [`Self::bodies`].
     #[inline]
     pub fn pair_factor(&self, bodies: [u32; 2]) -> f64 {
-        let [a, b] = bodies.map(|body| &self.bodies[body as usize]);
-        let factors = self.pairs.factors_outside_wells(a);
-        match factors.get(b.kind.tag_class as usize) {
-            None => 1.0,
-            Some(_) if self.shells.of_pair(bodies).is_some() => 0.0,
-            Some(&factor) => factor,
+        if self.has_wells() && self.shells.of_pair(bodies).is_some() {
+            return 0.0;
         }
+        let [one, other] = bodies.map(|body| self.bodies[body as usize].kind.tag_class as usize);
+        self.pairs.factor_outside_well(one, other)
     }
 
     /// The indices of the walls that move, in the order of [`Self::bodies`].

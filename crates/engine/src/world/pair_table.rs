@@ -211,17 +211,21 @@ impl PairTable {
         self.by_class[a.kind.tag_class as usize * self.classes + b.kind.tag_class as usize]
     }
 
-    /// The factors at which a body meets those of each class that are not in its well, with the
-    /// ranges of wells; empty if all are 1.
+    /// Number of classes of bodies.
+    pub(crate) fn classes(&self) -> usize {
+        self.classes
+    }
+
+    /// The factor at which bodies of two classes meet outside their well, with its range.
     #[inline]
-    pub(crate) fn factors_outside_wells(&self, body: &Body) -> &[f64] {
+    pub(crate) fn factor_outside_well(&self, one: usize, other: usize) -> f64 {
         let by_class = if self.has_wells() {
             &self.range_by_class
         } else {
             &self.by_class
         };
-        let begin = body.kind.tag_class as usize * self.classes;
-        by_class.get(begin..begin + self.classes).unwrap_or(&[])
+        let factor = by_class.get(one * self.classes + other);
+        factor.copied().unwrap_or(1.0)
     }
 
     /// The factor of two bodies with these tags.

@@ -8,6 +8,7 @@
 //! bodies of the cell one by one: by their bounding circles, then by their atoms.
 
 use carom_detection::{DISC_LANES, Detection, QueryBody};
+use carom_kinematics::HALF_ULP;
 use glam::DVec2;
 
 use super::{EarliestEvent, Listed, MultiCellBody, Surroundings};
@@ -69,21 +70,69 @@ impl<F: CellFrame> CellState<F> {
             multi_cell_body.is_disc_among_discs && detection.decides_discs_in_closed_form();
         self.gather_neighbours(multi_cell_body, in_closed_form, &mut around);
         let outline = self.molecule(world, body).outline();
-        let query_body = QueryBody::new(outline, &multi_cell_body.motion, now);
+        let motion = multi_cell_body.motion;
+        let query_body = QueryBody::new(outline, &motion, now);
+        self.bound_candidates(
+            kernel,
+            world,
+            detection,
+            (index, now, except),
+            &query_body,
+            &mut around,
+            &best,
+        );
+        let horizon = best.time - now;
+        let tighter = |state: &Self, other: Listed| {
+            let lanes = state.lanes::<1>(body, &[other], now);
+            detection.contact_time_lower_bound(&query_body, &lanes, horizon)
+        };
+        self.search_candidates(
+            world,
+            detection,
+            (body, now),
+            &mut around.candidates,
+            tighter,
+            &mut best,
+        );
+        self.multi_cell.around = around;
+        self.store_event(body, &best);
+    }
+
+    /// Moves the bodies around a multi-cell body, given by its place in the list, to the
+    /// candidates, with lower bounds on the times of their contacts; without those that it cannot
+    /// touch before its best event. `except` is a partner to skip.
+    #[inline(always)]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "the kernel, of size 0, is the eighth"
+    )]
+    fn bound_candidates<D: Detection, K: Kernel>(
+        &self,
+        kernel: K,
+        world: &World,
+        detection: &D,
+        (index, now, except): (usize, f64, Option<u32>),
+        query_body: &QueryBody<'_>,
+        around: &mut Surroundings,
+        best: &EarliestEvent,
+    ) {
+        let multi_cell_body = &self.multi_cell.list[index];
+        let body = multi_cell_body.body;
         let horizon = best.time - now;
         let query = self.multi_cell_query(body, now);
         let Surroundings {
             slots,
             seen,
             candidates,
-        } = &mut around;
-        if multi_cell_body.drive.is_some() {
-            self.bound_by_speeds(multi_cell_body, (now, except), (slots, seen), candidates);
+        } = around;
+        if multi_cell_body.is_piston() {
+            let around = (&mut *slots, &mut *seen);
+            self.bound_by_speeds(multi_cell_body, (now, except), around, candidates, best);
         }
         slots.resize(slots.len().next_multiple_of(DISC_LANES), self.dummy());
         for eight in slots.as_chunks::<DISC_LANES>().0 {
             let bounds = detection.contact_time_lower_bounds(
-                &query_body,
+                query_body,
                 &kernel.lanes(&query, eight, false),
                 horizon,
             );
@@ -102,7 +151,7 @@ impl<F: CellFrame> CellState<F> {
         driven.for_each(|item| candidates.push(Candidate::unbounded(item)));
         for some in seen.chunks(DISC_LANES) {
             let bounds = detection.contact_time_lower_bounds(
-                &query_body,
+                query_body,
                 &self.lanes::<DISC_LANES>(body, some, now),
                 horizon,
             );
@@ -119,20 +168,6 @@ impl<F: CellFrame> CellState<F> {
         if world.pairs.is_active() {
             candidates.retain(|other| self.pair_factor(world, [body, other.index]) > 0.0);
         }
-        let tighter = |state: &Self, other: Listed| {
-            let lanes = state.lanes::<1>(body, &[other], now);
-            detection.contact_time_lower_bound(&query_body, &lanes, horizon)
-        };
-        self.search_candidates(
-            world,
-            detection,
-            (body, now),
-            candidates,
-            tighter,
-            &mut best,
-        );
-        self.multi_cell.around = around;
-        self.store_event(body, &best);
     }
 
     /// Searches the candidates for the earliest contact of a multi-cell body. `tighter` is a bound
@@ -210,21 +245,23 @@ impl<F: CellFrame> CellState<F> {
         }
     }
 
-    /// Moves the bodies around a piston that a force pushes to the candidates, with the time in
-    /// which they come together at their top speeds; `except` is a partner to skip.
-    #[cold]
+    /// Moves the bodies around a piston to the candidates, with the time in which they come
+    /// together along its normal: at their present speeds, or at their top speeds if a force pushes
+    /// it; without those that it cannot touch before its best event. `except` is a partner to skip.
+    #[inline(never)]
     fn bound_by_speeds(
         &self,
         piston: &MultiCellBody,
         (now, except): (f64, Option<u32>),
         (slots, seen): (&mut Vec<u32>, &mut Vec<Listed>),
         candidates: &mut Candidates<Listed>,
+        best: &EarliestEvent,
     ) {
         let Some(wall) = &piston.wall else { return };
         let [first, second] = wall.ends();
         let normal = (second - first).normalize_or_zero().perp();
         let here = piston.motion_at(now).position;
-        let own_speed = piston.max_speed(self.limit);
+        let driven = piston.drive.map(|_| piston.max_speed(self.limit));
         let unshifted = slots.drain(..).map(|index| Listed {
             index,
             image: [0; 2],
@@ -239,10 +276,20 @@ impl<F: CellFrame> CellState<F> {
                 f64::from(other.image[1]) * self.sides[1],
             );
             let place = record.origin() + record.velocity() * now + shift;
-            let distance = (place - here).dot(normal).abs() - record.radius() - wall.radius();
-            let speed = own_speed + record.velocity().length();
-            let bound = (distance * (1.0 - 1e-9) - self.separation_error).max(0.0) / speed;
-            if bound < f64::INFINITY {
+            let way = (place - here).dot(normal);
+            let distance = way.abs() - record.radius() - wall.radius();
+            let left = (distance * (1.0 - 1e-9) - self.separation_error).max(0.0);
+            let speed = if let Some(top_speed) = driven {
+                top_speed + record.velocity().length()
+            } else {
+                let apart = (record.velocity() - piston.motion.velocity).dot(normal);
+                let speeds = record.velocity().length() + piston.motion.velocity.length();
+                // At least the rounding of the speed of approach.
+                (-apart * way.signum()).max(0.0) + 16.0 * HALF_ULP * speeds
+            };
+            // 0/0 is NaN for two bodies at rest that touch, which is no bound.
+            let bound = left / speed;
+            if best.is_after(now, bound) {
                 candidates.push(Candidate {
                     bound,
                     item: other,

@@ -87,10 +87,10 @@ pub(super) struct NeighbourQuery<'a> {
     pub pair_constants: Option<PairConstants>,
 }
 
-/// Constants of a pair of discs of one radius.
-#[derive(Debug, Clone, Copy)]
+/// Constants of pairs of discs with one contact distance.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PairConstants {
-    /// Sum of the radii (length).
+    /// The contact distance (length).
     sigma: f64,
     sigma_squared: f64,
     /// A pair may touch already if its squared distance exceeds `sigma_squared` by at most this
@@ -107,7 +107,7 @@ impl PairConstants {
 
     /// Constants for discs with this contact distance (length).
     #[inline]
-    fn at(sigma: f64, separation_error: f64) -> Self {
+    pub fn at(sigma: f64, separation_error: f64) -> Self {
         let touching = 4.0 * sigma * (separation_error + 8.0 * HALF_ULP * sigma);
         Self {
             sigma,
