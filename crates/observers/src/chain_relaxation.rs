@@ -1,11 +1,13 @@
-//! How chains move and forget their shape: displacement of their middle, and the correlation of a
-//! Rouse mode.
+//! How chains move and forget their shape: displacement of their middle, and the correlations of a
+//! Rouse mode and of the end-to-end vector.
 //!
 //! Mode p of a chain of N bodies at r_j, j = 1 … N, is X_p = (1/N) Σ r_j cos(pπ(j − ½)/N): p = 1 is
 //! the slowest, that of the end-to-end vector (Verdier, J. Chem. Phys. 45 (1966) 2118; Doi &
 //! Edwards, The Theory of Polymer Dynamics, 1986, chapter 4). In the Rouse model ⟨X_p(t)·X_p(0)⟩
 //! falls exponentially, at a rate in proportion to sin²(pπ/2N), and the middle diffuses with the
-//! diffusion coefficient of a body over N.
+//! diffusion coefficient of a body over N. The end-to-end vector R = r_N − r_1 is a sum over the odd
+//! modes: of long chains ⟨R(t)·R(0)⟩/⟨R²⟩ = Σ 8/(p²π²) exp(−p² t/τ₁), p = 1, 3, …, with the
+//! relaxation time τ₁ of the slowest.
 
 use std::f64::consts::PI;
 
@@ -59,13 +61,16 @@ struct ChainState {
     middle: DVec2,
     /// X_p (length).
     mode: DVec2,
+    /// The vector from its first end to the last (length).
+    end_to_end: DVec2,
 }
 
-/// Σ |R(t₀ + t) − R(t₀)|² and Σ X_p(t₀ + t)·X_p(t₀).
+/// Sums of the squared displacements of the middle, Σ X_p(t₀ + t)·X_p(t₀) and Σ R(t₀ + t)·R(t₀).
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 struct ChainProducts {
     displacement: f64,
     correlation: f64,
+    end_to_end: f64,
 }
 
 impl PairSums<ChainState> for ChainProducts {
@@ -73,10 +78,11 @@ impl PairSums<ChainState> for ChainProducts {
     fn add(&mut self, before: &ChainState, now: &ChainState) {
         self.displacement += (now.middle - before.middle).length_squared();
         self.correlation += before.mode.dot(now.mode);
+        self.end_to_end += before.end_to_end.dot(now.end_to_end);
     }
 }
 
-/// Displacement and correlation at one lag.
+/// Displacement and correlations at one lag.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ChainLag {
@@ -89,6 +95,8 @@ pub struct ChainLag {
     pub displacement: f64,
     /// ⟨X_p(t₀ + t)·X_p(t₀)⟩ (length²).
     pub correlation: f64,
+    /// ⟨R(t₀ + t)·R(t₀)⟩ of the end-to-end vector (length²).
+    pub end_to_end: f64,
 }
 
 impl ChainRelaxation {
@@ -120,6 +128,7 @@ impl ChainRelaxation {
             pairs: sum.pairs,
             displacement: sum.sums.displacement / sum.pairs as f64,
             correlation: sum.sums.correlation / sum.pairs as f64,
+            end_to_end: sum.sums.end_to_end / sum.pairs as f64,
         };
         lags.map(point).collect()
     }
@@ -130,11 +139,13 @@ impl ChainRelaxation {
     }
 
     /// [Σx, Σw] over all samples so far, w the number of pairs: the mean squared displacement at
-    /// each of the [lags](Self::lags), then the correlation at each.
+    /// each of the [lags](Self::lags), then the correlation of the mode at each, then that of the
+    /// end-to-end vector.
     pub fn sums(&self) -> Vec<[f64; 2]> {
         self.lags.terms([
             |products: &ChainProducts| products.displacement,
             |products: &ChainProducts| products.correlation,
+            |products: &ChainProducts| products.end_to_end,
         ])
     }
 
@@ -151,9 +162,12 @@ impl ChainRelaxation {
             // The mode of the middle is 0.
             (*place - middle) * libm::cos(angle * (f64::from(number) + 0.5))
         });
+        // The last place was reached from the first along the bonds.
+        let [first, last] = [chain.places[0], chain.places[chain.places.len() - 1]];
         ChainState {
-            middle: unwrapped + (middle - chain.places[0]),
+            middle: unwrapped + (middle - first),
             mode: weighted.sum::<DVec2>() / count,
+            end_to_end: last - first,
         }
     }
 }
@@ -223,7 +237,47 @@ mod tests {
                     (point.correlation - expected * expected).abs() < 1e-12,
                     "{point:?}"
                 );
+                assert!((point.end_to_end - 0.04).abs() < 1e-12, "{point:?}");
             }
+        }
+    }
+
+    /// Until the tether pulls, R(t) = R(0) + v t, also through the border of the box.
+    #[test]
+    fn the_end_to_end_vector_of_free_ends_is_that_of_free_flight() {
+        let disc = |x: f64, velocity: [f64; 2]| {
+            format!(
+                "[[molecule]]\natoms = [{{ at = [0, 0], radius = 1e-3, mass = 1 }}]\nat = [{x}, 0.5]\n\
+                 velocity = {velocity:?}\n"
+            )
+        };
+        // Through the border of the box, apart by 0.1 at a relative velocity of (0.05, −0.2).
+        let discs = [disc(0.95, [2.0, 0.1]), disc(0.05, [2.05, -0.1])].concat();
+        let bonds = "[[bond]]\npairs = [[0, 1]]\ntether = { max = 0.4 }\n";
+        let scene = Scene::from_toml(&format!("{bonds}{discs}")).unwrap();
+        let mut simulation = Simulation::new(&scene).unwrap();
+        let mut relaxation = ChainRelaxation::new(Group::All, 1, 0.1, 1.0).unwrap();
+        let vector = |sample: f64| DVec2::new(0.1, 0.0) + 0.1 * sample * DVec2::new(0.05, -0.2);
+        for sample in 0..=10 {
+            simulation.run_until(0.1 * f64::from(sample)).unwrap();
+            relaxation.sample(&simulation.view());
+        }
+        for (lag, point) in relaxation.points().iter().enumerate() {
+            // All pairs of samples at this lag.
+            let products = (0..=10 - lag).map(|start| {
+                let [before, now] = [start, start + lag].map(|sample| vector(sample as f64));
+                before.dot(now)
+            });
+            let expected = products.sum::<f64>() / (11 - lag) as f64;
+            assert!(
+                (point.end_to_end - expected).abs() < 1e-12,
+                "{lag} {point:?}"
+            );
+            // Of two points X₁ = −R/(2√2).
+            assert!(
+                (point.correlation - expected / 8.0).abs() < 1e-12,
+                "{lag} {point:?}"
+            );
         }
     }
 

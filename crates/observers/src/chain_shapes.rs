@@ -6,14 +6,21 @@
 //! and the asphericity in two dimensions ⟨(λ₁ − λ₂)²⟩/⟨(λ₁ + λ₂)²⟩: 0 for round chains, 1 for
 //! straight ones (Rudnick & Gaspari, J. Phys. A 19 (1986) L191).
 //!
-//! For a chain whose bonds are independent of each other, ⟨R²⟩ = Σ ⟨b²⟩, and for a long one R²/Rg²
-//! = 6; for one that excludes its own area R ∝ N^(3/4) in two dimensions (Nienhuis, Phys. Rev.
-//! Lett. 49 (1982) 1062).
+//! For a chain whose bonds are independent of each other, ⟨R²⟩ = Σ ⟨b²⟩ and ⟨Rg²⟩ =
+//! Σ n (N − n) ⟨b²⟩/N² over the bonds, each of which leaves n of the N bodies on one side (Kramers,
+//! J. Chem. Phys. 14 (1946) 415): of equal bonds in a row (N² − 1) ⟨b²⟩/6N. With Gaussian bonds
+//! Σ (λ₁ + λ₂) and its square follow from Wick's theorem: the asphericity is 2q/(1 + q) with
+//! q = (2N² + 7)/(5 (N² − 1)), which is 1 at N = 2 and 4/7 for long chains of any independent
+//! bonds; of long rings it is 1/3. For a chain that excludes its own area R ∝ N^(3/4) in two
+//! dimensions (Nienhuis, Phys. Rev. Lett. 49 (1982) 1062).
 
 use carom_engine::{Observer, View};
 use serde::{Deserialize, Serialize};
 
-use crate::{Group, chains::chains_of};
+use crate::{
+    Group,
+    chains::{Chain, chains_of, eigenvalues},
+};
 
 /// Shapes of the chains at each sample, and their bonds. A chain counts if its first body belongs
 /// to the group: the earliest of its ends, or of all its bodies where it has none.
@@ -85,6 +92,12 @@ struct ChainSums {
     shape: [f64; 2],
     /// Chains without branches, their Σ R², and Σ b² of the distances of their neighbours.
     linear: [f64; 3],
+    /// Σ of the components S_xx, S_xy and S_yy of the tensor of gyration.
+    tensor: [f64; 3],
+    /// Σ λ₁ and Σ λ₂.
+    eigenvalues: [f64; 2],
+    /// Chains without rings: their Σ Rg², and that of chains with independent bonds.
+    trees: [f64; 2],
 }
 
 impl ChainShapes {
@@ -104,10 +117,14 @@ impl ChainShapes {
 
     /// [Σx, Σw] over all samples so far: of the length of a bond and its square; of the squared
     /// end-to-end distance of a chain without branches; of that by the sum of the squared distances
-    /// of its neighbours; of the squared radius of gyration; and the asphericity.
+    /// of its neighbours; of the squared radius of gyration; the asphericity; of the eigenvalues
+    /// λ₁ and λ₂; of ⟨λ₂⟩/⟨λ₁⟩; of the components S_xx, S_yy and S_xy; and of the squared radius of
+    /// gyration of a chain without rings by that of independent bonds.
     pub fn sums(&self) -> Vec<[f64; 2]> {
         let sums = &self.sums;
         let [linear, ends, steps] = sums.linear;
+        let [xx, xy, yy] = sums.tensor;
+        let [larger, smaller] = sums.eigenvalues;
         vec![
             [sums.lengths, sums.bonds],
             [sums.squared_lengths, sums.bonds],
@@ -115,7 +132,46 @@ impl ChainShapes {
             [ends, steps],
             [sums.gyration, sums.chains],
             sums.shape,
+            [larger, sums.chains],
+            [smaller, sums.chains],
+            [smaller, larger],
+            [xx, sums.chains],
+            [yy, sums.chains],
+            [xy, sums.chains],
+            sums.trees,
         ]
+    }
+}
+
+impl ChainSums {
+    /// Adds one chain.
+    fn add(&mut self, chain: &Chain) {
+        for length in &chain.lengths {
+            self.bonds += 1.0;
+            self.lengths += length;
+            self.squared_lengths += length * length;
+        }
+        let tensor = chain.gyration_tensor();
+        let [larger, smaller] = eigenvalues(tensor);
+        self.chains += 1.0;
+        self.gyration += larger + smaller;
+        self.shape[0] += (larger - smaller).powi(2);
+        self.shape[1] += (larger + smaller).powi(2);
+        for (sum, component) in self.tensor.iter_mut().zip(tensor) {
+            *sum += component;
+        }
+        self.eigenvalues[0] += larger;
+        self.eigenvalues[1] += smaller;
+        if let Some(independent) = chain.independent_gyration {
+            self.trees[0] += larger + smaller;
+            self.trees[1] += independent;
+        }
+        if let Some([from, to]) = chain.ends() {
+            let [count, squared, steps] = &mut self.linear;
+            *count += 1.0;
+            *squared += (to - from).length_squared();
+            *steps += chain.steps;
+        }
     }
 }
 
@@ -133,22 +189,7 @@ impl Observer for ChainShapes {
         }
         let before = self.sums;
         for chain in &chains {
-            for length in &chain.lengths {
-                self.sums.bonds += 1.0;
-                self.sums.lengths += length;
-                self.sums.squared_lengths += length * length;
-            }
-            let [larger, smaller] = chain.gyration();
-            self.sums.chains += 1.0;
-            self.sums.gyration += larger + smaller;
-            self.sums.shape[0] += (larger - smaller).powi(2);
-            self.sums.shape[1] += (larger + smaller).powi(2);
-            if let Some([from, to]) = chain.ends() {
-                let [count, squared, steps] = &mut self.sums.linear;
-                *count += 1.0;
-                *squared += (to - from).length_squared();
-                *steps += chain.steps;
-            }
+            self.sums.add(chain);
         }
         let bonds = self.sums.bonds - before.bonds;
         let linear = self.sums.linear[0] - before.linear[0];
@@ -208,7 +249,7 @@ mod tests {
         assert!((point.end_to_end_squared.unwrap() - squared).abs() < 1e-12);
         let steps = 14.0 * 0.01 + 0.04;
         let [_, _, _, [ends, sum], ..] = shapes.sums()[..] else {
-            panic!("six sums")
+            panic!("four sums and more")
         };
         assert!((ends / sum - squared / steps).abs() < 1e-10);
         assert!((point.bond_squared - steps / 14.0).abs() < 1e-12);
@@ -239,5 +280,65 @@ mod tests {
         assert!((apart / together - 1.0).abs() < 1e-12);
         // Without bonds nothing is sampled.
         assert!(shapes(&discs(&row)).series().is_empty());
+    }
+
+    /// Means of the quantities from the larger eigenvalue on.
+    fn gyration(shapes: &ChainShapes) -> Vec<f64> {
+        let sums = shapes.sums().into_iter().skip(6);
+        sums.map(|[sum, weight]| sum / weight).collect()
+    }
+
+    /// N points in a row at distance b: λ₁ = (N² − 1) b²/12 along the row, λ₂ = 0.
+    #[test]
+    fn straight_chains_and_square_rings_have_their_tensor_of_gyration() {
+        let row: Vec<[f64; 2]> = (0..5)
+            .map(|k| [0.3 + 0.06 * f64::from(k), 0.3 + 0.08 * f64::from(k)])
+            .collect();
+        let pairs: Vec<[u32; 2]> = (0..4).map(|k| [k, k + 1]).collect();
+        let bonds = format!("[[bond]]\npairs = {pairs:?}\ntether = {{ max = 0.2 }}\n");
+        let found = gyration(&shapes(&format!("{bonds}{}", discs(&row))));
+        // By that of independent bonds: λ₁/((N² − 1) b²/6N) = N/2.
+        let expected = [0.02, 0.0, 0.0, 0.36 * 0.02, 0.64 * 0.02, 0.48 * 0.02, 2.5];
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+        assert_eq!(found.len(), expected.len());
+        let square = [[0.4, 0.4], [0.5, 0.4], [0.5, 0.5], [0.4, 0.5]];
+        let ring = "[[bond]]\npairs = [[0, 1], [1, 2], [2, 3], [3, 0]]\ntether = { max = 0.2 }\n";
+        let found = gyration(&shapes(&format!("{ring}{}", discs(&square))));
+        let expected = [0.0025, 0.0025, 1.0, 0.0025, 0.0025, 0.0];
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+        // A ring has no independent bonds.
+        assert!(found[6].is_nan());
+    }
+
+    /// The mean over all signs of the bonds is that of bonds with independent directions, exactly.
+    #[test]
+    fn trees_with_independent_bonds_have_the_radius_of_gyration_of_kramers() {
+        let bonds = [[0.05, 0.02], [-0.03, 0.06], [0.01, 0.07], [0.08, 0.0]];
+        let row = [[0, 1], [1, 2], [2, 3], [3, 4]];
+        let star = [[0, 1], [0, 2], [0, 3], [0, 4]];
+        let comb = [[0, 1], [1, 2], [1, 3], [3, 4]];
+        for pairs in [row, star, comb] {
+            let mut total = [0.0; 2];
+            for signs in 0..16 {
+                let mut places = vec![[0.95, 0.5]];
+                for (number, ([from, _], bond)) in pairs.iter().zip(bonds).enumerate() {
+                    let sign = if signs >> number & 1 == 0 { 1.0 } else { -1.0 };
+                    let [x, y] = places[*from];
+                    places.push([x + sign * bond[0], y + sign * bond[1]]);
+                }
+                let places: Vec<[f64; 2]> = places.iter().map(|[x, y]| [x % 1.0, *y]).collect();
+                let text = format!("[[bond]]\npairs = {pairs:?}\ntether = {{ max = 0.2 }}\n");
+                let sums = shapes(&format!("{text}{}", discs(&places))).sums();
+                total = [total[0] + sums[12][0], total[1] + sums[12][1]];
+            }
+            assert!(
+                (total[0] / total[1] - 1.0).abs() < 1e-12,
+                "{pairs:?} {total:?}"
+            );
+        }
     }
 }

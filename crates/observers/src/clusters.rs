@@ -1,7 +1,8 @@
-//! Clusters: bodies that are connected by gaps shorter than a given one.
+//! Clusters: bodies that are connected by gaps shorter than a given one, or by bonds and wells.
 //!
 //! Two bodies are connected if the distance of their surfaces, where they are nearest, is shorter
-//! than the gap, also through the border of the periodic box; a cluster is a set of bodies that
+//! than the gap, or if their centres are nearer than a distance, or if they are bonded
+//! ([`Bonding`]), also through the border of the periodic box; a cluster is a set of bodies that
 //! connections join. With n_s clusters of s bodies, the mean size of a cluster is the number
 //! average Σ s n_s / Σ n_s, and the mean size of the cluster of a body is the weight average
 //! S = Σ s² n_s / Σ s n_s, which diverges at percolation (Stauffer & Aharony, Introduction to
@@ -15,13 +16,13 @@
 //! around a large square box along x with the probability 0.5211, and along x or y with 0.6905
 //! (Pinson 1994; Newman & Ziff, Phys. Rev. E 64 (2001) 016706).
 
-use carom_engine::{Observer, View};
+use carom_engine::{BodyView, Observer, View};
 use carom_geometry::{GeometryError, Molecule, check_positive, gap_between};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    Group,
+    Bonding, Group,
     cell_list::CellList,
     delaunay::crosses_a_wall,
     disjoint_sets::DisjointSets,
@@ -64,13 +65,22 @@ use crate::{
 #[doc(alias = "connected components")]
 pub struct Clusters {
     group: Group,
-    /// Length.
-    gap: f64,
+    connection: Connection,
     series: Vec<ClusterPoint>,
     /// Clusters by their size in logarithmic bins, over all samples; the last bin holds those
     /// beyond.
     counts: Vec<u64>,
     sums: ClusterSums,
+}
+
+/// What connects two bodies.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+enum Connection {
+    /// A gap shorter than this (length).
+    Gap(f64),
+    /// Centres of mass nearer than this (length).
+    Centres(f64),
+    Bonded(Bonding),
 }
 
 /// Sums over all samples.
@@ -130,18 +140,68 @@ impl Clusters {
     /// [`GeometryError::NotPositive`] if `gap` is not positive and finite.
     pub fn new(group: Group, gap: f64) -> Result<Self, GeometryError> {
         let gap = check_positive("the gap of clusters", gap)?;
-        Ok(Self {
+        Ok(Self::connected_by(group, Connection::Gap(gap)))
+    }
+
+    /// Clusters of the bodies of a group whose centres of mass are nearer than `distance` (length),
+    /// whatever their sizes and shapes, by size in logarithmic bins.
+    ///
+    /// # Errors
+    /// [`GeometryError::NotPositive`] if `distance` is not positive and finite.
+    pub fn by_distance(group: Group, distance: f64) -> Result<Self, GeometryError> {
+        let distance = check_positive("the distance of clusters", distance)?;
+        Ok(Self::connected_by(group, Connection::Centres(distance)))
+    }
+
+    /// Clusters of the bodies of a group that are bonded, by size in logarithmic bins. They change
+    /// when a pair enters or leaves a well, and when bonds are made or cut.
+    ///
+    /// ```
+    /// use carom_engine::{Scene, Simulation, Observer};
+    /// use carom_observers::{Bonding, Clusters, Group};
+    ///
+    /// // Chains of four discs, and discs alone.
+    /// let scene = Scene::from_toml(
+    ///     "[[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 8\n\
+    ///      chain = { members = 4, tether = { max = 0.04 } }\n\
+    ///      [[gas]]\nradius = 0.01\nmass = 1.0\nenergy = 1.0\ncount = 2",
+    /// )?;
+    /// let mut clusters = Clusters::bonded(Group::All, Bonding::Bonds);
+    /// clusters.sample(&Simulation::new(&scene)?.view());
+    /// let point = clusters.series()[0];
+    /// assert_eq!((point.clusters, point.largest), (4, 4));
+    /// assert_eq!((point.number_mean(), point.weight_mean), (10.0 / 4.0, 34.0 / 10.0));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn bonded(group: Group, bonding: Bonding) -> Self {
+        Self::connected_by(group, Connection::Bonded(bonding))
+    }
+
+    fn connected_by(group: Group, connection: Connection) -> Self {
+        Self {
             group,
-            gap,
+            connection,
             series: Vec::new(),
             counts: vec![0; bin_of(MAX_SIZE) + 1],
             sums: ClusterSums::default(),
-        })
+        }
     }
 
-    /// The gap (length).
-    pub fn gap(&self) -> f64 {
-        self.gap
+    /// The gap below which bodies are connected (length); `None` if they are connected otherwise.
+    pub fn gap(&self) -> Option<f64> {
+        match self.connection {
+            Connection::Gap(gap) => Some(gap),
+            Connection::Centres(_) | Connection::Bonded(_) => None,
+        }
+    }
+
+    /// The distance of the centres below which bodies are connected (length); `None` if they are
+    /// connected otherwise.
+    pub fn distance(&self) -> Option<f64> {
+        match self.connection {
+            Connection::Centres(distance) => Some(distance),
+            Connection::Gap(_) | Connection::Bonded(_) => None,
+        }
     }
 
     /// The samples so far.
@@ -183,57 +243,73 @@ impl Clusters {
         });
         means.into_iter().chain(of_sizes).collect()
     }
+}
 
-    /// Connects all bodies whose gap is short enough.
-    fn sets(
-        &self,
-        places: &[DVec2],
-        bodies: &[PlacedMolecule<'_>],
-        view: &View<'_>,
-    ) -> DisjointSets {
-        let mut sets = DisjointSets::new(places.len());
-        let cells = CellList::for_nearest(places, &view.bounds());
-        let walls: Vec<[DVec2; 2]> = view
-            .bodies()
-            .flat_map(|body| body.wall_segments())
-            .collect();
-        let sides = view.bounds().sides();
-        for (index, body) in bodies.iter().enumerate() {
-            // Each pair is found from the body with the larger radius, or else the later one.
-            let range = 2.0 * body.radius + self.gap;
-            cells.for_each_image_near(index, range, |other_index, image, displacement| {
-                let other = &bodies[other_index];
-                let is_first = if other_index == index {
-                    image > [0; 2]
-                } else {
-                    (other.radius, other_index) < (body.radius, index)
-                };
-                let farthest = body.radius + other.radius + self.gap;
-                let may_touch = displacement.length_squared() < farthest * farthest;
-                let place = places[index];
-                if is_first
-                    && may_touch
-                    && self.is_near([body, other], displacement)
-                    && !crosses_a_wall([place, place + displacement], &walls, sides)
-                {
-                    sets.connect(index, other_index, image);
-                }
-            });
-        }
-        sets
-    }
+/// Connects all bodies whose gap is shorter than a given one (length).
+fn sets_within(gap: f64, members: &[BodyView<'_>], view: &View<'_>) -> DisjointSets {
+    let placed = members.iter().map(|body| PlacedMolecule {
+        molecule: body.body.molecule(),
+        rotation: body.motion.orientation.cos_sin(),
+        radius: body.body.molecule().bounding_radius(),
+    });
+    let bodies: Vec<PlacedMolecule<'_>> = placed.collect();
+    let radii: Vec<f64> = bodies.iter().map(|body| body.radius).collect();
+    let is_near = |pair: [usize; 2], displacement: DVec2| {
+        gap_of(pair.map(|index| &bodies[index]), displacement) < gap
+    };
+    sets_of_near(gap, &radii, is_near, members, view)
+}
 
-    /// Whether the gap of two bodies is short enough.
-    fn is_near(&self, [one, other]: [&PlacedMolecule<'_>; 2], displacement: DVec2) -> bool {
-        let gap = gap_between(
-            one.molecule,
-            one.rotation,
-            other.molecule,
-            other.rotation,
-            displacement,
-        );
-        gap < self.gap
+/// Connects the pairs that are near, with no wall between them, of those whose distance is shorter
+/// than a limit and both radii together (length).
+fn sets_of_near(
+    limit: f64,
+    radii: &[f64],
+    is_near: impl Fn([usize; 2], DVec2) -> bool,
+    members: &[BodyView<'_>],
+    view: &View<'_>,
+) -> DisjointSets {
+    let places: Vec<DVec2> = members.iter().map(|body| body.motion.position).collect();
+    let mut sets = DisjointSets::new(places.len());
+    let cells = CellList::for_nearest(&places, &view.bounds());
+    let walls: Vec<[DVec2; 2]> = view
+        .bodies()
+        .flat_map(|body| body.wall_segments())
+        .collect();
+    let sides = view.bounds().sides();
+    for (index, &radius) in radii.iter().enumerate() {
+        // Each pair is found from the body with the larger radius, or else the later one.
+        let range = 2.0 * radius + limit;
+        cells.for_each_image_near(index, range, |other, image, displacement| {
+            let is_first = if other == index {
+                image > [0; 2]
+            } else {
+                (radii[other], other) < (radius, index)
+            };
+            let farthest = radius + radii[other] + limit;
+            let may_touch = displacement.length_squared() < farthest * farthest;
+            let place = places[index];
+            if is_first
+                && may_touch
+                && is_near([index, other], displacement)
+                && !crosses_a_wall([place, place + displacement], &walls, sides)
+            {
+                sets.connect(index, other, image);
+            }
+        });
     }
+    sets
+}
+
+/// The gap of two bodies, the second at a displacement from the first (length).
+fn gap_of([one, other]: [&PlacedMolecule<'_>; 2], displacement: DVec2) -> f64 {
+    gap_between(
+        one.molecule,
+        one.rotation,
+        other.molecule,
+        other.rotation,
+        displacement,
+    )
 }
 
 impl Observer for Clusters {
@@ -247,13 +323,14 @@ impl Observer for Clusters {
         if members.is_empty() {
             return;
         }
-        let places: Vec<DVec2> = members.iter().map(|body| body.motion.position).collect();
-        let placed = members.iter().map(|body| PlacedMolecule {
-            molecule: body.body.molecule(),
-            rotation: body.motion.orientation.cos_sin(),
-            radius: body.body.molecule().bounding_radius(),
-        });
-        let sets = self.sets(&places, &placed.collect::<Vec<_>>(), view);
+        let sets = match self.connection {
+            Connection::Gap(gap) => sets_within(gap, &members, view),
+            Connection::Centres(distance) => {
+                let radii = vec![0.0; members.len()];
+                sets_of_near(distance, &radii, |_, _| true, &members, view)
+            }
+            Connection::Bonded(bonding) => bonding.sets(&members, view),
+        };
         let (mut clusters, mut largest, mut squares) = (0, 0, 0.0);
         let mut wraps = [false; 2];
         for set in sets.sets() {
@@ -457,6 +534,153 @@ mod tests {
         let scene = Scene::from_toml(discs).unwrap();
         assert_eq!(clusters_of(&scene, 0.0201).series()[0].clusters, 1);
         assert_eq!(clusters_of(&scene, 0.0199).series()[0].clusters, 2);
+    }
+
+    /// Rods side by side, and a large disc beside a small one, by the distance of their centres.
+    #[test]
+    fn bodies_are_connected_by_the_distance_of_their_centres_whatever_their_shapes() {
+        let counted = |text: &str, distance: f64| {
+            let mut clusters = Clusters::by_distance(Group::All, distance).unwrap();
+            let simulation = Simulation::new(&Scene::from_toml(text).unwrap()).unwrap();
+            clusters.sample(&simulation.view());
+            assert_eq!(
+                (clusters.gap(), clusters.distance()),
+                (None, Some(distance))
+            );
+            let point = clusters.series()[0];
+            (point.clusters, point.wraps)
+        };
+        let rod = |y: f64| {
+            format!(
+                "[[molecule]]\natoms = [{{ at = [-0.1, 0], radius = 0.05, mass = 1 }}, \
+                 {{ at = [0.1, 0], radius = 0.05, mass = 1 }}]\nat = [0.5, {y}]\nfixed = true\n"
+            )
+        };
+        let rods = [rod(0.5), rod(0.63)].concat();
+        assert_eq!(counted(&rods, 0.1301).0, 1);
+        assert_eq!(counted(&rods, 0.1299).0, 2);
+        let disc =
+            |x: f64, radius: f64| format!("[[bumper]]\nradius = {radius}\nat = [{x}, 0.3]\n");
+        // 0.25 apart, the gap is 0.04.
+        let discs = [disc(0.3, 0.2), disc(0.55, 0.01)].concat();
+        assert_eq!(counted(&discs, 0.2501).0, 1);
+        assert_eq!(counted(&discs, 0.2499).0, 2);
+        // A row around the box, of discs of two radii in turn, and the row with a gap.
+        let row = |count: u32| -> String {
+            let radius = |k: u32| 0.01 + 0.02 * f64::from(k % 2);
+            let discs = (0..count).map(|k| disc(0.1 * f64::from(k), radius(k)));
+            discs.collect()
+        };
+        assert_eq!(counted(&row(10), 0.1001), (1, [true, false]));
+        assert_eq!(counted(&row(9), 0.1001), (1, [false; 2]));
+        assert_eq!(counted(&row(10), 0.0999), (10, [false; 2]));
+        let wall = format!("{}[[wall]]\nx = 0.25\n", row(10));
+        assert_eq!(counted(&wall, 0.1001), (1, [false; 2]));
+        for refused in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(Clusters::by_distance(Group::All, refused).is_err());
+        }
+    }
+
+    /// Free points at rest, with tags.
+    fn points(places: &[([f64; 2], &str)]) -> String {
+        let point = |(at, tag): &([f64; 2], &str)| {
+            format!(
+                "[[molecule]]\natoms = [{{ at = [0, 0], radius = 1e-3, mass = 1 }}]\nat = {at:?}\n\
+                 tags = [{tag:?}]\n"
+            )
+        };
+        places.iter().map(point).collect()
+    }
+
+    fn bonded_point(text: &str, bonding: Bonding) -> ClusterPoint {
+        let mut clusters = Clusters::bonded(Group::All, bonding);
+        let simulation = Simulation::new(&Scene::from_toml(text).unwrap()).unwrap();
+        clusters.sample(&simulation.view());
+        clusters.series()[0]
+    }
+
+    #[test]
+    fn a_chain_and_a_ring_are_two_clusters_and_chains_around_the_box_wrap() {
+        // A chain of three through the border of the box, a square ring, and a point alone.
+        let places = [
+            [0.9, 0.5],
+            [0.0, 0.5],
+            [0.1, 0.5],
+            [0.4, 0.4],
+            [0.5, 0.4],
+            [0.5, 0.5],
+            [0.4, 0.5],
+            [0.7, 0.7],
+        ];
+        let text = |places: &[[f64; 2]], pairs: &[[usize; 2]]| {
+            let bonds = format!("[[bond]]\npairs = {pairs:?}\ntether = {{ max = 0.2 }}\n");
+            let tagged: Vec<_> = places.iter().map(|place| (*place, "point")).collect();
+            format!("{bonds}{}", points(&tagged))
+        };
+        let pairs = [[0, 1], [1, 2], [3, 4], [4, 5], [5, 6], [6, 3]];
+        let scene = text(&places, &pairs);
+        for bonding in [Bonding::Bonds, Bonding::BondsOrWells] {
+            let point = bonded_point(&scene, bonding);
+            assert_eq!((point.bodies, point.clusters, point.largest), (8, 3, 4));
+            assert_eq!(point.weight_mean, (9.0 + 16.0 + 1.0) / 8.0);
+            assert_eq!(point.wraps, [false; 2]);
+        }
+        assert_eq!(bonded_point(&scene, Bonding::Wells).clusters, 8);
+        // Ten points along y around the box, and nine.
+        let column: Vec<[f64; 2]> = (0..10).map(|k| [0.3, 0.1 * f64::from(k)]).collect();
+        let around: Vec<[usize; 2]> = (0..10).map(|k| [k, (k + 1) % 10]).collect();
+        let point = bonded_point(&text(&column, &around), Bonding::Bonds);
+        assert_eq!((point.clusters, point.wraps), (1, [false, true]));
+        let point = bonded_point(&text(&column, &around[..9]), Bonding::Bonds);
+        assert_eq!((point.clusters, point.wraps), (1, [false; 2]));
+    }
+
+    #[test]
+    fn clusters_of_a_group_have_no_connections_through_others() {
+        let places = [[0.2, 0.5], [0.3, 0.5], [0.4, 0.5], [0.5, 0.5]];
+        let tags = ["a", "b", "a", "a"];
+        let tagged: Vec<_> = places.into_iter().zip(tags).collect();
+        let bonds = "[[bond]]\npairs = [[0, 1], [1, 2], [2, 3]]\ntether = { max = 0.2 }\n";
+        let scene = Scene::from_toml(&format!("{bonds}{}", points(&tagged))).unwrap();
+        let simulation = Simulation::new(&scene).unwrap();
+        let group = Group::Tagged(simulation.find_tag("a").unwrap());
+        let mut clusters = Clusters::bonded(group, Bonding::Bonds);
+        clusters.sample(&simulation.view());
+        let point = clusters.series()[0];
+        assert_eq!((point.bodies, point.clusters, point.largest), (3, 2, 2));
+    }
+
+    /// Discs of diameter 0.04 with wells up to 0.06.
+    #[test]
+    fn discs_in_a_well_are_bonded_while_they_are_within_its_range() {
+        let wells = |energy: f64| {
+            let disc = |x: f64, speed: f64| {
+                format!(
+                    "[[molecule]]\natoms = [{{ at = [0, 0], radius = 0.02, mass = 1 }}]\n\
+                     at = [{x}, 0.5]\nvelocity = [{speed}, 0]\ntags = [\"sticky\"]\n"
+                )
+            };
+            let well = format!("[[well]]\nbetween = [\"sticky\"]\nsteps = [[1.5, {energy}]]\n");
+            let discs = [disc(0.95, 1.0), disc(0.05, -1.0), disc(0.5, 0.0)].concat();
+            Simulation::new(&Scene::from_toml(&format!("{well}{discs}")).unwrap()).unwrap()
+        };
+        // 0.1 apart through the border of the box at a relative speed of 2: the pair enters the
+        // well at 0.02, and leaves it with its speed.
+        for (energy, bodies_together) in [(-0.5, 2), (0.5, 1)] {
+            let mut simulation = wells(energy);
+            let mut bonded = Clusters::bonded(Group::All, Bonding::Wells);
+            for time in [0.0, 0.022, 0.2] {
+                simulation.run_until(time).unwrap();
+                bonded.sample(&simulation.view());
+            }
+            let largest = bonded.series().iter().map(|point| point.largest);
+            assert_eq!(largest.collect::<Vec<u64>>(), [1, bodies_together, 1]);
+            let within = bonded.series()[1];
+            assert_eq!(
+                (within.clusters, within.wraps),
+                (4 - bodies_together, [false; 2])
+            );
+        }
     }
 
     /// Continuum percolation of overlapping discs of radius r = gap / 2.

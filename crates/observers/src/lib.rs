@@ -43,6 +43,7 @@
 //! | friction coefficients from the squares of the impulses | [`Friction`] | contacts, samples |
 //! | mean squared displacement, velocity autocorrelation | [`TimeCorrelation`] | samples |
 //! | structural relaxation: F_s(k, t), α₂(t), Q(t), χ₄(t) | [`StructuralRelaxation`] | samples |
+//! | displacements relative to the neighbours: cages | [`CageDisplacement`] | samples |
 //! | distribution of displacements: van Hove G_s(r, t) | [`SelfVanHove`] | samples |
 //! | distances to the other bodies after a lag: van Hove G_d(r, t) | [`DistinctVanHove`] | samples |
 //! | orientations and angular velocities, correlated in time | [`OrientationCorrelation`] | samples |
@@ -54,9 +55,9 @@
 //! | bond orientation of two bodies by their distance: g₆(r) | [`BondOrderCorrelation`] | samples |
 //! | bond orientation of a body against the lag: G₆(t) | [`BondOrderRelaxation`] | samples |
 //! | disclinations: bodies without six neighbours | [`Disclinations`] | samples |
-//! | clusters of bodies nearer than a gap, percolation | [`Clusters`] | samples |
-//! | chains: bond lengths, end-to-end distance, radius of gyration | [`ChainShapes`] | samples |
-//! | chains: displacement, relaxation of a Rouse mode | [`ChainRelaxation`] | samples |
+//! | clusters of bodies nearer than a gap, or bonded; percolation | [`Clusters`] | samples |
+//! | chains: bond lengths, end-to-end distance, tensor of gyration | [`ChainShapes`] | samples |
+//! | chains: displacement, relaxation of the end-to-end vector and of a Rouse mode | [`ChainRelaxation`] | samples |
 //! | areas of the Voronoi cells and their neighbours | [`VoronoiCells`] | samples |
 //! | nematic, tetratic, k-atic order of orientations | [`OrientationalOrder`] | samples |
 //! | displacements along and across the axis of a body, in its own frame | [`BodyFrameDiffusion`] | samples |
@@ -87,6 +88,8 @@ mod body_frame_diffusion;
 mod body_numbers;
 mod bond_order_correlation;
 mod bond_order_relaxation;
+mod bonded_clusters;
+mod cage_displacement;
 mod cell_list;
 mod chain_relaxation;
 mod chain_shapes;
@@ -164,6 +167,8 @@ pub use body_frame_diffusion::{BodyFrameDiffusion, BodyFramePoint};
 pub use body_numbers::{BodyNumbers, NumberPoint};
 pub use bond_order_correlation::{BondOrderCorrelation, BondOrderPoint};
 pub use bond_order_relaxation::{BondOrderLag, BondOrderRelaxation};
+pub use bonded_clusters::Bonding;
+pub use cage_displacement::{Cage, CageDisplacement, CageError, CagePoint};
 pub use chain_relaxation::{ChainLag, ChainRelaxation};
 pub use chain_shapes::{ChainPoint, ChainShapes};
 pub use clusters::{ClusterPoint, Clusters};

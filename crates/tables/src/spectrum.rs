@@ -29,6 +29,11 @@ const CANCELLING: f64 = 0.25;
 /// independent blocks. A larger c with b = 0: a memory of 23 blocks and more, which 64 blocks do
 /// not tell from a drift. Before the data the weight of a memory is as 1/c: otherwise the rare
 /// samples that look like a long one make errors too large.
+///
+/// Few blocks n have all memories, too. With c ≤ n²/8 the squared error of 16 independent blocks
+/// would be 1.22 instead of 1.32 times the variance of their mean, but 0.68 instead of 1.03 if
+/// neighbours have a correlation of exp(−1/2). Fewer means would be within two errors: 93.7 instead
+/// of 94.0 %, and 81.5 instead of 84.7 % (simulated).
 const MIN_EXPONENT: i32 = -1;
 const MAX_MEMORY: i32 = 9;
 const MAX_CANCELLING: i32 = 9;

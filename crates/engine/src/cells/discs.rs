@@ -6,6 +6,7 @@ use carom_detection::Detection;
 
 use super::{
     body_record::RecordKind,
+    dispatch::dispatched,
     frame::CellFrame,
     simd::{Kernel, NeighbourQuery, SoonestSlot, sooner},
     slot::INDEX_MASK,
@@ -15,6 +16,8 @@ use crate::{
     scheduler::{ContactEvent, TouchingParts},
     world::World,
 };
+
+dispatched!(predict_sheared_disc(disc: u32, now: f64));
 
 impl<F: CellFrame> CellState<F> {
     /// Finds the earliest contact of a small disc with its neighbours, and its crossing.
@@ -71,8 +74,8 @@ impl<F: CellFrame> CellState<F> {
         self.neighbour_lists.list(cell).at_border
     }
 
-    /// Finds the earliest event of a disc in a sheared box that sees no images, writes it into its
-    /// record, and returns its time.
+    /// Finds the earliest event of a disc in a sheared box that sees no images, and writes it into
+    /// its record.
     #[inline(always)]
     pub(super) fn predict_sheared_disc<D: Detection, K: Kernel>(
         &mut self,
@@ -81,7 +84,7 @@ impl<F: CellFrame> CellState<F> {
         detection: &D,
         disc: u32,
         now: f64,
-    ) -> f64 {
+    ) {
         let cell = self
             .neighbour_lists
             .index(self.records[disc as usize].cell());
@@ -98,7 +101,7 @@ impl<F: CellFrame> CellState<F> {
             crossing_time,
             crossing,
         };
-        self.store_disc_event(world, detection, disc, now, &events)
+        self.store_disc_event(world, detection, disc, now, &events);
     }
 
     /// [`Self::query_neighbours`] for any neighbour list: the earliest contact, and the cell if it

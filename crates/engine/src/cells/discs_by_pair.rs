@@ -226,7 +226,7 @@ mod tests {
         for rule in [unseen, wider, wells] {
             for discs in [&like, &unlike] {
                 let [in_lanes, contacts] = compare(&format!("{discs}{rule}"));
-                assert!(in_lanes >= 500 && contacts > 50, "{in_lanes}, {contacts}");
+                assert!(in_lanes >= 500 && contacts > 20, "{in_lanes}, {contacts}");
             }
         }
     }
@@ -240,7 +240,7 @@ mod tests {
             &(gas("a", sizes, 200) + &gas("b", sizes, 200) + &gas("c", sizes, 100) + wider),
         );
         assert_eq!(in_lanes, 100);
-        assert!(contacts > 50, "{contacts}");
+        assert!(contacts > 20, "{contacts}");
         // More classes than the tables hold.
         let many: String = (0..20)
             .map(|n| gas(&format!("t{n}"), "0.008", 25))
@@ -248,6 +248,6 @@ mod tests {
         let unseen = "[[transparent]]\nbetween = [\"t0\", \"t1\"]\n";
         let [in_lanes, contacts] = compare(&(many + unseen));
         assert_eq!(in_lanes, 0);
-        assert!(contacts > 50, "{contacts}");
+        assert!(contacts > 20, "{contacts}");
     }
 }

@@ -8,6 +8,7 @@ use glam::DVec2;
 use super::{
     body_record::RecordKind,
     cell_grid::CellContents,
+    dispatch::dispatched,
     frame::CellFrame,
     prediction::predict_all,
     prefetch::prefetch_next,
@@ -18,6 +19,8 @@ use crate::{
     scheduler::{ContactEvent, EventLoop, EventQueue},
     world::World,
 };
+
+dispatched!(motions_changed(bodies: [u32; 2], motions: [Motion; 2]));
 
 /// Runs a loop over the events, compiled in one piece with the chosen instruction set.
 pub(super) fn run<L: EventLoop>(state: &mut CellState, events: L) -> L::End {
@@ -52,7 +55,7 @@ impl<K: Kernel> EventQueue for Events<'_, K> {
         self.0.motion(body)
     }
 
-    #[inline(always)]
+    /// Out of line, so that the loop over the contacts of elastic discs stays small.
     fn motions_changed<D: Detection>(
         &mut self,
         world: &World,
@@ -60,8 +63,7 @@ impl<K: Kernel> EventQueue for Events<'_, K> {
         bodies: [u32; 2],
         motions: [Motion; 2],
     ) {
-        self.0
-            .motions_changed(self.1, world, detection, bodies, motions);
+        motions_changed(self.0, world, detection, bodies, motions);
     }
 
     #[cold]

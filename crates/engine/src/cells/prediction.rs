@@ -5,6 +5,7 @@ use carom_detection::Detection;
 use super::{
     body_record::RecordKind,
     cell_grid::CellContents,
+    discs::predict_sheared_disc,
     discs_by_pair::predict_disc_by_pair,
     dispatch::dispatched,
     frame::CellFrame,
@@ -52,10 +53,6 @@ impl<F: CellFrame> CellState<F> {
                 self.search_partners(world, body, now, None);
                 self.records[body as usize].time
             }
-            // At the border images move.
-            CellContents::ShearedDiscs if !self.sees_border(body) => {
-                self.predict_sheared_disc(kernel, world, detection, body, now)
-            }
             // All bodies of a dilute gas live in cells.
             CellContents::DiluteDiscs if F::IS_WHOLE => {
                 self.predict_dilute(kernel, detection, body, now)
@@ -84,7 +81,10 @@ impl<F: CellFrame> CellState<F> {
             }
             return until;
         }
-        if F::IS_WHOLE && self.multi_cell.is_multi_cell(body) {
+        if self.grid.contents() == CellContents::ShearedDiscs && !self.sees_border(body) {
+            // At the border images move.
+            predict_sheared_disc(self, world, detection, body, now);
+        } else if F::IS_WHOLE && self.multi_cell.is_multi_cell(body) {
             predict_multi_cell(self, world, detection, body, now, except);
         } else if self.grid.is_by_pair() {
             predict_disc_by_pair(self, world, detection, body, now);

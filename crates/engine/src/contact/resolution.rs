@@ -159,25 +159,26 @@ impl<R: Response> Rules<'_, R> {
     /// rounding has to be corrected. No force accelerates the discs, and they meet at the sum of
     /// their radii.
     #[inline(never)]
-    pub fn resolve_lossy_discs(
-        &self,
-        contact: &ContactEvent,
-        [[place_a, velocity_a], [place_b, velocity_b]]: [[DVec2; 2]; 2],
-        inverse_masses: [f64; 2],
-        last_contacts: Option<[f64; 2]>,
-    ) -> Option<LossyDiscs> {
+    pub fn resolve_lossy_discs(&self, encounter: &ContactPair) -> Option<LossyDiscs> {
+        let ContactPair {
+            contact,
+            before,
+            last_contacts,
+            ..
+        } = encounter;
         let [a, b] = contact.bodies.map(|body| &self.world.bodies[body as usize]);
         let elasticity = self.elasticity.at_any_speed(a, b)?;
+        let inverse_masses = [a, b].map(|body| body.kind.inertia.inverse_mass);
         let met_fixed = inverse_masses[0] * inverse_masses[1] == 0.0;
         if met_fixed || !elasticity.is_smooth() || self.response.is_rough(elasticity) {
             return None;
         }
-        let mut d = place_b - place_a;
+        let mut d = before[1].position - before[0].position;
         if contact.image != [0, 0] {
             d += self.world.bounds.shift(contact.image);
         }
-        let velocities = [velocity_a, velocity_b];
-        let relative = velocity_b - velocity_a;
+        let velocities = before.map(|motion| motion.velocity);
+        let relative = velocities[1] - velocities[0];
         let radii = [a, b].map(|body| body.molecule().bounding_radius());
         if let Some(last) = last_contacts
             && elasticity.coefficient() < 1.0
@@ -196,8 +197,8 @@ impl<R: Response> Rules<'_, R> {
             .response
             .impulse_of_discs(d, velocities, inverse_masses, elasticity);
         let after = [
-            velocity_a - impulse * inverse_masses[0],
-            velocity_b + impulse * inverse_masses[1],
+            velocities[0] - impulse * inverse_masses[0],
+            velocities[1] + impulse * inverse_masses[1],
         ];
         let distance = d.length();
         let rounding = RelativeMotion::velocity_error_of(velocities);

@@ -123,13 +123,6 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
                 self.record_discs(contact, [a, b], resolved, Elasticity::ELASTIC)?;
                 let flights = [[a[0], b[0]], resolved.after];
                 queue.flights_changed(self.world, self.detection, bodies, time, flights);
-            } else if contact.parts == TouchingParts::Discs
-                && may_lose
-                && !repeats
-                && !is_through_seam
-                && let Some(flights) = self.lose_in_discs(queue, &contact)?
-            {
-                queue.flights_changed(self.world, self.detection, bodies, time, flights);
             } else if contact.is_stop() {
                 self.stop_piston(queue, contact);
             } else {
@@ -141,24 +134,21 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
                     self.world
                         .motion_at(bodies[1], &queue.motion(bodies[1]), time),
                 ];
-                let last_contacts = self.last_contacts(bodies);
                 let encounter = ContactPair {
                     contact,
                     before,
-                    last_contacts,
+                    last_contacts: self.last_contacts(bodies),
                     repeats,
                 };
-                let resolved = if is_special {
-                    self.resolve_special(&encounter)?
+                let is_plain = contact.parts == TouchingParts::Discs
+                    && may_lose
+                    && !repeats
+                    && !is_through_seam;
+                let onwards = if is_plain && let Some(after) = self.lose_in_discs(&encounter)? {
+                    after
                 } else {
-                    let resolved = self.rules().resolve(&encounter);
-                    self.record(&encounter, &resolved)?;
-                    resolved
+                    self.resolve_any(&encounter, is_special)?
                 };
-                let mut onwards = resolved.onwards;
-                if self.world.accelerates() {
-                    onwards = [0, 1].map(|n| self.world.enter_own_frame(bodies[n], &onwards[n]));
-                }
                 queue.motions_changed(self.world, self.detection, bodies, onwards);
             }
             *self.contacts += 1;
@@ -314,38 +304,67 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         queue.motion_changed(self.world, self.detection, piston, onwards);
     }
 
-    /// Resolves and records the contact of two discs that may lose energy, if that takes no more
-    /// than an impulse; returns the places of both, and their velocities after it.
-    #[inline(never)]
-    fn lose_in_discs<Q: EventQueue>(
+    /// Resolves and records any contact; returns the motions with which the two bodies go on.
+    #[inline(always)]
+    fn resolve_any(
         &mut self,
-        queue: &Q,
-        contact: &ContactEvent,
-    ) -> Result<Option<[[DVec2; 2]; 2]>, RunError> {
-        let ContactEvent { time, bodies, .. } = *contact;
-        let inverse_masses = queue.inverse_masses(self.world, bodies);
-        let flights = bodies.map(|body| queue.flight(body, time));
-        let last_contacts = self.last_contacts(bodies);
-        let resolved =
-            self.rules()
-                .resolve_lossy_discs(contact, flights, inverse_masses, last_contacts);
+        encounter: &ContactPair,
+        is_special: bool,
+    ) -> Result<[Motion; 2], RunError> {
+        let resolved = if is_special {
+            self.resolve_special(encounter)?
+        } else {
+            let resolved = self.rules().resolve(encounter);
+            self.record(encounter, &resolved)?;
+            resolved
+        };
+        let mut onwards = resolved.onwards;
+        if self.world.accelerates() {
+            let bodies = encounter.contact.bodies;
+            onwards = [0, 1].map(|n| self.world.enter_own_frame(bodies[n], &onwards[n]));
+        }
+        Ok(onwards)
+    }
+
+    /// Resolves and records the contact of two discs that may lose energy, if that takes no more
+    /// than an impulse; returns the motions with which they go on.
+    #[inline(never)]
+    fn lose_in_discs(&mut self, encounter: &ContactPair) -> Result<Option<[Motion; 2]>, RunError> {
+        let ContactPair {
+            contact,
+            before,
+            last_contacts,
+            ..
+        } = encounter;
         let Some(LossyDiscs {
             discs,
             elasticity,
             lost,
-        }) = resolved
+        }) = self.rules().resolve_lossy_discs(encounter)
         else {
             return Ok(None);
         };
+        let flights = before.map(|motion| [motion.position, motion.velocity]);
         self.record_discs(*contact, flights, discs, elasticity)?;
         if last_contacts.is_some() {
-            for body in bodies {
-                self.world.last_contacts[body as usize] = time;
+            for body in contact.bodies {
+                self.world.last_contacts[body as usize] = contact.time;
             }
         }
-        let slowing = self.world.clock.slowing(time);
+        let slowing = self.world.clock.slowing(contact.time);
         self.ledger.book_loss(lost, slowing);
-        Ok(Some([flights.map(|[place, _]| place), discs.after]))
+        let [a, b] = *before;
+        let [of_a, of_b] = discs.after;
+        Ok(Some([
+            Motion {
+                velocity: of_a,
+                ..a
+            },
+            Motion {
+                velocity: of_b,
+                ..b
+            },
+        ]))
     }
 
     /// The times of the last contacts of two bodies; `None` without a guard.

@@ -160,6 +160,11 @@ impl Crossings {
         self.counts
     }
 
+    /// Bodies that have crossed up to the last sample.
+    pub fn first_passages(&self) -> u64 {
+        self.first_passages
+    }
+
     /// The counts at each sample.
     pub fn series(&self) -> &[CrossingPoint] {
         &self.series

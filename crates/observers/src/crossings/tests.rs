@@ -47,6 +47,8 @@ fn a_disc_between_two_walls_crosses_at_the_known_times() {
     let [_, _, net, energy, first] = crossings.sums();
     assert_eq!((net[0], energy[0]), (0.0, 0.0));
     assert!(first[0] == 1.0 && (first[1] - 0.1).abs() < 1e-15);
+    // Of the four crossings one is the first.
+    assert_eq!(crossings.first_passages(), 1);
     // A segment that ends below the path is not crossed.
     let (crossings, _) = observed(
         &format!("[[wall]]\nx = 0.0\n{disc}"),
@@ -55,6 +57,7 @@ fn a_disc_between_two_walls_crosses_at_the_known_times() {
     );
     assert_eq!(crossings.counts(), [0, 0]);
     assert_eq!(crossings.sums()[4], [0.0, 1.6]);
+    assert_eq!(crossings.first_passages(), 0);
 }
 
 /// A ball thrown up with speed 1 under the gravity 2 rises by 1/4, and is 3/16 above its start

@@ -6,7 +6,7 @@ use carom_tables::{BlockMean, Table};
 use super::{Context, MeasureKind, Measured, Of, Results, Span, in_blocks, point_bytes, resumed};
 
 /// The figures, in the order of the sums, with their units.
-const FIGURES: [(&str, &str); 6] = [
+const FIGURES: [(&str, &str); 13] = [
     ("length of a bond", "length"),
     ("squared length of a bond", "length²"),
     ("squared end-to-end distance", "length²"),
@@ -16,22 +16,37 @@ const FIGURES: [(&str, &str); 6] = [
     ),
     ("squared radius of gyration", "length²"),
     ("asphericity of chains", "1"),
+    ("larger eigenvalue of the tensor of gyration", "length²"),
+    ("smaller eigenvalue of the tensor of gyration", "length²"),
+    ("ratio of the eigenvalues of the tensor of gyration", "1"),
+    ("tensor of gyration S_xx", "length²"),
+    ("tensor of gyration S_yy", "length²"),
+    ("tensor of gyration S_xy", "length²"),
+    (
+        "squared radius of gyration by that of independent bonds",
+        "1",
+    ),
 ];
+
+/// The names of the figures.
+const NAMES: [&str; FIGURES.len()] = {
+    let mut names = [""; FIGURES.len()];
+    let mut number = 0;
+    while number < names.len() {
+        names[number] = FIGURES[number].0;
+        number += 1;
+    }
+    names
+};
 
 pub(super) const KIND: MeasureKind = MeasureKind {
     name: "chains",
-    summary: "chains of bodies tied by bonds: bond lengths, end-to-end distance, radius of gyration, asphericity",
+    summary: "chains of bodies tied by bonds: bond lengths, end-to-end distance, radius and tensor of gyration, \
+              asphericity",
     of: Of::Group,
     span: Span::Measurement,
     parameters: &[],
-    figures: &[
-        FIGURES[0].0,
-        FIGURES[1].0,
-        FIGURES[2].0,
-        FIGURES[3].0,
-        FIGURES[4].0,
-        FIGURES[5].0,
-    ],
+    figures: &NAMES,
     start: |selection| Ok(in_blocks(ChainShapes::new(selection.group))),
     resume: resumed::<ChainShapes>,
 };

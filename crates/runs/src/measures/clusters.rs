@@ -1,7 +1,8 @@
-//! `clusters`: bodies that are connected by gaps shorter than a given one, and percolation.
+//! `clusters`: bodies that are connected by gaps or distances shorter than a given one, and
+//! percolation; `bonded-clusters`: bodies that are connected by bonds and wells.
 
 use anyhow::{Context as _, ensure};
-use carom::observers::{ClusterPoint, Clusters};
+use carom::observers::{Bonding, ClusterPoint, Clusters};
 use carom_tables::{BlockMean, Table};
 
 use super::{
@@ -23,16 +24,36 @@ const FIGURES: [&str; 7] = [
     "share of samples that percolate",
 ];
 
+/// The figures of bonded clusters, in the order of the sums.
+const BONDED_FIGURES: [&str; 7] = [
+    "number of bonded clusters",
+    "largest bonded cluster",
+    "mean bonded cluster size (number average)",
+    "mean bonded cluster size (weight average)",
+    "share of samples whose bonds percolate along x",
+    "share of samples whose bonds percolate along y",
+    "share of samples whose bonds percolate",
+];
+
+const GAP: Parameter = Parameter::positive(
+    "gap",
+    Default::FromScene("a tenth of the diameter of the smallest body"),
+    "distance of the surfaces below which two bodies are connected (length)",
+);
+
+const DISTANCE: Parameter = Parameter::positive(
+    "distance",
+    Default::FromScene("'gap'"),
+    "distance of the centres below which two bodies are connected, instead of 'gap' (length)",
+);
+
 pub(super) const KIND: MeasureKind = MeasureKind {
     name: "clusters",
-    summary: "clusters of bodies whose surfaces are nearer than a gap: number, sizes, percolation",
+    summary: "clusters of bodies whose surfaces are nearer than a gap, or whose centres are nearer than a distance: \
+              number, sizes, percolation",
     of: Of::Group,
     span: Span::Measurement,
-    parameters: &[Parameter::positive(
-        "gap",
-        Default::FromScene("a tenth of the diameter of the smallest body"),
-        "distance of the surfaces below which two bodies are connected (length)",
-    )],
+    parameters: &[GAP, DISTANCE],
     figures: &[
         "number of clusters",
         "largest cluster",
@@ -43,7 +64,59 @@ pub(super) const KIND: MeasureKind = MeasureKind {
     resume: resumed::<Clusters>,
 };
 
+/// The words of `by`.
+const BONDINGS: [&str; 3] = ["bonds", "wells", "both"];
+
+pub(super) const BONDED: MeasureKind = MeasureKind {
+    name: "bonded-clusters",
+    summary: "clusters of bodies that bonds connect, and discs within wells whose energy is below 0: number, sizes, \
+              percolation",
+    of: Of::Group,
+    span: Span::Measurement,
+    parameters: &[Parameter::word(
+        "by",
+        &BONDINGS,
+        Default::FromScene("both"),
+        "what connects two bodies: bonds, wells or both",
+    )],
+    figures: &[
+        "number of bonded clusters",
+        "largest bonded cluster",
+        "mean bonded cluster size",
+        "share of samples whose bonds percolate",
+    ],
+    start: |selection| {
+        Ok(in_blocks(Clusters::bonded(
+            selection.group,
+            bonding(selection),
+        )))
+    },
+    resume: resumed::<Clusters>,
+};
+
+fn bonding(selection: &Selection<'_>) -> Bonding {
+    match selection.given_word("by") {
+        Some("bonds") => Bonding::Bonds,
+        Some("wells") => Bonding::Wells,
+        _ => Bonding::BondsOrWells,
+    }
+}
+
 fn observer(selection: &Selection<'_>) -> anyhow::Result<Clusters> {
+    let Some(distance) = selection.given(DISTANCE.name) else {
+        return by_gap(selection);
+    };
+    ensure!(
+        selection.given(GAP.name).is_none(),
+        "'gap' and 'distance' exclude each other: give the distance of the surfaces, or that of the centres"
+    );
+    Ok(Clusters::by_distance(
+        selection.group,
+        below_half(DISTANCE.name, distance, selection)?,
+    )?)
+}
+
+fn by_gap(selection: &Selection<'_>) -> anyhow::Result<Clusters> {
     let radii = || {
         let members = selection
             .view
@@ -52,17 +125,25 @@ fn observer(selection: &Selection<'_>) -> anyhow::Result<Clusters> {
         members.map(|body| body.body.molecule().bounding_radius())
     };
     let smallest = || Some(DIAMETERS * 2.0 * radii().reduce(f64::min)?);
-    let gap = selection.given("gap").or_else(smallest);
+    let gap = selection.given(GAP.name).or_else(smallest);
     let gap = gap.context(
         "there is no body that is not a wall, whose diameter would give the default of 'gap': \
          give 'gap' (length)",
     )?;
+    Ok(Clusters::new(
+        selection.group,
+        below_half(GAP.name, gap, selection)?,
+    )?)
+}
+
+/// A parameter, if it is less than half the shorter side of the box (length).
+fn below_half(name: &str, length: f64, selection: &Selection<'_>) -> anyhow::Result<f64> {
     let half = 0.5 * selection.view.bounds().sides().min_element();
     ensure!(
-        gap < half,
-        "'gap' must be less than half the shorter side of the box, {half}, but is {gap}"
+        length < half,
+        "'{name}' must be less than half the shorter side of the box, {half}, but is {length}"
     );
-    Ok(Clusters::new(selection.group, gap)?)
+    Ok(length)
 }
 
 impl Measured for Clusters {
@@ -80,9 +161,14 @@ impl Measured for Clusters {
             return Results::default();
         }
         let (means, of_sizes) = means.split_at(means.len().min(FIGURES.len()));
-        let figures = context.figures(FIGURES.map(|name| (name, "1", None)), means, "");
+        let (name, figures) = match self.gap().or(self.distance()) {
+            Some(_) => ("clusters", FIGURES),
+            None => ("bonded-clusters", BONDED_FIGURES),
+        };
+        let figures = context.figures(figures.map(|name| (name, "1", None)), means, "");
+        let of_sizes = sizes(self, of_sizes, context.table(&format!("{name}-sizes")));
         Results {
-            tables: vec![series(self, context), sizes(self, of_sizes, context)],
+            tables: vec![series(self, context.table(name)), of_sizes],
             figures,
             ..Results::default()
         }
@@ -90,7 +176,7 @@ impl Measured for Clusters {
 }
 
 /// The clusters at each sample.
-fn series(clusters: &Clusters, context: &Context<'_>) -> Table {
+fn series(clusters: &Clusters, name: String) -> Table {
     let points = clusters.series();
     let of = |part: fn(&ClusterPoint) -> f64| points.iter().map(part).collect::<Vec<f64>>();
     let drawn = |part: fn(&ClusterPoint) -> f64| points.iter().map(|p| Some(part(p))).collect();
@@ -100,7 +186,14 @@ fn series(clusters: &Clusters, context: &Context<'_>) -> Table {
             .map(|point| f64::from(u8::from(point.wraps[axis])));
         wraps.collect::<Vec<f64>>()
     };
-    Table::new(context.table("clusters"), "Clusters")
+    let connected = match (clusters.gap(), clusters.distance()) {
+        (Some(gap), _) => format!("Bodies whose surfaces are nearer than {gap} are connected."),
+        (None, Some(distance)) => {
+            format!("Bodies whose centres are nearer than {distance} are connected.")
+        }
+        (None, None) => "Bodies that are bonded are connected.".to_owned(),
+    };
+    Table::new(name, "Clusters")
         .abscissa("time", "time", of(|point| point.time))
         .counts(
             "clusters",
@@ -112,16 +205,14 @@ fn series(clusters: &Clusters, context: &Context<'_>) -> Table {
         .undrawn("wraps_x", "1", along(0))
         .undrawn("wraps_y", "1", along(1))
         .caption(format!(
-            "Bodies whose surfaces are nearer than {} are connected. The size of the largest cluster, \
-             the mean size of the clusters (number average), and that of the cluster of a body (weight \
+            "{connected} The size of the largest cluster, the mean size of the clusters (number average), and that of the cluster of a body (weight \
              average, Σ s² n_s / Σ s n_s; all clusters count), in bodies; whether a cluster wraps \
-             around the box along x and y.",
-            clusters.gap()
+             around the box along x and y."
         ))
 }
 
 /// The distribution of sizes, up to the largest found.
-fn sizes(clusters: &Clusters, means: &[BlockMean], context: &Context<'_>) -> Table {
+fn sizes(clusters: &Clusters, means: &[BlockMean], name: String) -> Table {
     let counts = clusters.counts();
     let found = counts.iter().rposition(|&count| count > 0);
     let bins = found.map_or(0, |last| last + 1).min(means.len());
@@ -131,7 +222,7 @@ fn sizes(clusters: &Clusters, means: &[BlockMean], context: &Context<'_>) -> Tab
         .take(bins + 1)
         .map(|size| size as f64 - 0.5)
         .collect();
-    Table::new(context.table("clusters-sizes"), "Sizes of clusters")
+    Table::new(name, "Sizes of clusters")
         .bins("size", "1", &edges)
         .counts("clusters", counts[..bins].to_vec())
         .means("n", "1", &means[..bins])

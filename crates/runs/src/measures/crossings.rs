@@ -89,6 +89,23 @@ fn observer(selection: &Selection<'_>) -> Result<Crossings> {
     })
 }
 
+/// The place of the first passages among the sums.
+const FIRST_PASSAGES: usize = 4;
+
+/// The mean rate R with the error R/√n of n first passages; none without passages.
+///
+/// Passages happen early, so that blocks of time are no sample of them. If the rate is constant, n
+/// passages have the information n/R² about it, whether or not other bodies still wait (Cox and
+/// Oakes 1984, "Analysis of Survival Data", chapter 3).
+fn rate_of_first_passages(rate: BlockMean, passages: u64) -> BlockMean {
+    let error = |rate: f64| rate / (passages as f64).sqrt();
+    BlockMean {
+        standard_error: rate.value.filter(|_| passages > 0).map(error),
+        quantity: None,
+        ..rate
+    }
+}
+
 /// Source of the flux.
 const KINETIC: &str = "kinetic theory: n √(kT/2πm) for each unit of length";
 
@@ -105,31 +122,6 @@ impl Measured for CrossingsOfGroup {
 
     fn results(&self, means: &[BlockMean], context: &Context<'_>) -> Results {
         let crossings = &self.observer;
-        let points = crossings.series();
-        let of =
-            |part: fn(&CrossingPoint) -> u64| points.iter().map(move |point| part(point) as f64);
-        let table = Table::new(context.table("crossings"), "Crossings of the segment")
-            .abscissa(
-                "time",
-                "time",
-                points.iter().map(|point| point.time).collect(),
-            )
-            .value(
-                "forward",
-                "1",
-                of(|point| point.counts[0]).map(Some).collect(),
-            )
-            .value(
-                "backward",
-                "1",
-                of(|point| point.counts[1]).map(Some).collect(),
-            )
-            .value(
-                "waiting",
-                "1",
-                of(|point| point.waiting).map(Some).collect(),
-            )
-            .caption(caption(crossings));
         // Velocities relative to the centre of mass have the variance (1 − 1/N) kT/m.
         let flux = context.gas().zip(self.facts).map(|(gas, share)| {
             let count = gas.count as f64;
@@ -137,6 +129,10 @@ impl Measured for CrossingsOfGroup {
             share * crossings.length() * count / gas.area * (variance / TAU).sqrt()
         });
         let zero = flux.map(|_| 0.0);
+        let mut means = means.to_vec();
+        if let Some(rate) = means.get_mut(FIRST_PASSAGES) {
+            *rate = rate_of_first_passages(*rate, crossings.first_passages());
+        }
         let rows = [
             ("crossings forward", "1/time", flux),
             ("crossings backward", "1/time", flux),
@@ -144,19 +140,19 @@ impl Measured for CrossingsOfGroup {
             ("net energy through the segment", "mass·length²/time³", zero),
             ("rate of first passages", "1/time", None),
         ];
-        let figures = rows
-            .into_iter()
-            .zip(means)
-            .filter_map(|((name, unit, prediction), mean)| {
-                Some(
-                    context
-                        .figure(name, unit, mean)?
-                        .predicted(prediction, KINETIC),
-                )
-            });
+        let figures =
+            rows.into_iter()
+                .zip(&means)
+                .filter_map(|((name, unit, prediction), mean)| {
+                    Some(
+                        context
+                            .figure(name, unit, mean)?
+                            .predicted(prediction, KINETIC),
+                    )
+                });
         let is_recorded = crossings.is_logged();
         Results {
-            tables: vec![table],
+            tables: vec![series(crossings, context)],
             figures: figures.collect(),
             files: is_recorded
                 .then(|| context.label.file(CROSSINGS.name))
@@ -175,6 +171,25 @@ impl Measured for CrossingsOfGroup {
     }
 }
 
+/// The crossings up to each sample.
+fn series(crossings: &Crossings, context: &Context<'_>) -> Table {
+    let points = crossings.series();
+    let of = |part: fn(&CrossingPoint) -> u64| {
+        let counts = points.iter().map(|point| Some(part(point) as f64));
+        counts.collect()
+    };
+    Table::new(context.table("crossings"), "Crossings of the segment")
+        .abscissa(
+            "time",
+            "time",
+            points.iter().map(|point| point.time).collect(),
+        )
+        .value("forward", "1", of(|point| point.counts[0]))
+        .value("backward", "1", of(|point| point.counts[1]))
+        .value("waiting", "1", of(|point| point.waiting))
+        .caption(caption(crossings))
+}
+
 /// What the table of crossings needs to be read.
 fn caption(crossings: &Crossings) -> String {
     let left_out = match crossings.left_out() {
@@ -186,4 +201,26 @@ fn caption(crossings: &Crossings) -> String {
          bodies that have not crossed yet. The rate of first passages is their number over the time that all bodies \
          waited.{left_out}"
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_error_of_the_rate_is_that_of_the_number_of_passages() {
+        let of_blocks = BlockMean {
+            value: Some(0.6),
+            standard_error: Some(1.0),
+            quantity: Some(FIRST_PASSAGES),
+        };
+        let found = rate_of_first_passages(of_blocks, 36);
+        assert!((found.standard_error.unwrap() - 0.1).abs() < 1e-15);
+        assert_eq!((found.value, found.quantity), (Some(0.6), None));
+        let without = BlockMean {
+            value: Some(0.0),
+            ..of_blocks
+        };
+        assert_eq!(rate_of_first_passages(without, 0).standard_error, None);
+    }
 }

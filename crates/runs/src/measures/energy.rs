@@ -40,8 +40,8 @@ impl Measured for EnergyLedger {
             .derived("(E − booked E) / E(0)", "1", drift.collect())
             .caption(
                 "The difference of energy and ledger is rounding error; it must stay below 10⁻¹², or 3.6·10⁻¹⁵ √n after more than \
-                 80 000 contacts n; of few bodies N, whose errors may repeat, below 2.9·10⁻¹⁵ n/N^(3/2). Once contacts have lost, or edits put in, more than E(0), it is relative to \
-                 the most so far.",
+                 80 000 contacts n; of few bodies N, whose errors may repeat, below 2.9·10⁻¹⁵ n/N^(3/2). Once \
+                 contacts have lost, or edits put in, more than E(0), it is relative to the most so far.",
             );
         let totals = Totals {
             energy_drift: self.drift(),

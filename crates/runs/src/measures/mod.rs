@@ -8,6 +8,7 @@ mod billiard;
 mod body_frame_diffusion;
 mod bond_order_correlation;
 mod bond_order_relaxation;
+mod cage_displacement;
 mod chain_relaxation;
 mod chains;
 mod clusters;
@@ -78,7 +79,6 @@ use carom_tables::{Figure, Verdict, is_named};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _, ser::Error as _};
 use serde_json::json;
 
-pub(crate) use self::{collision_rate::FIGURE as COLLISION_RATE, wall_pressure::FAR_DENSITY};
 use self::entry::{Entry, Head};
 pub(crate) use self::helfand::{FREE_TIMES_FOR_TRANSPORT, is_transport};
 pub(crate) use self::impulses::NAME as IMPULSES;
@@ -86,6 +86,7 @@ pub(crate) use self::k_atic::OF_AXES;
 use self::kind::{Default, MAX_LAG};
 use self::measured::{Measure, in_blocks, point_bytes, resumed};
 pub(crate) use self::request::refuse_displaced;
+pub(crate) use self::{collision_rate::FIGURE as COLLISION_RATE, wall_pressure::FAR_DENSITY};
 pub use self::{
     hard_discs::{DiscMixture, ENSKOG, HardDiscs, LIU},
     kind::{MeasureKind, Of, Parameter, Span},
@@ -99,7 +100,7 @@ pub use crate::record::Drawing;
 use crate::{append_file::AppendFiles, console::put, print_line};
 
 /// All measures.
-pub const KINDS: [MeasureKind; 54] = [
+pub const KINDS: [MeasureKind; 56] = [
     energy::KIND,
     overlap::KIND,
     collision_rate::KIND,
@@ -109,6 +110,7 @@ pub const KINDS: [MeasureKind; 54] = [
     temperature::KIND,
     correlation::KIND,
     relaxation::KIND,
+    cage_displacement::KIND,
     van_hove::KIND,
     van_hove_distinct::KIND,
     orientation::KIND,
@@ -127,6 +129,7 @@ pub const KINDS: [MeasureKind; 54] = [
     k_atic::K_ATIC,
     defects::KIND,
     clusters::KIND,
+    clusters::BONDED,
     chains::KIND,
     chain_relaxation::KIND,
     voronoi::KIND,

@@ -137,13 +137,10 @@ impl Measured for Relaxation {
                  origins.",
                 scales.wave_number, scales.overlap
             ));
-        let figures = relaxation_time(&lags, &scattering).map(|[time, error]| {
-            let figure = Figure::new(context.named("relaxation time τ of F_s"), time, "time");
-            figure.error((error > 0.0).then_some(error))
-        });
+        let time = time_figure("relaxation time τ of F_s", &lags, &scattering, context);
         Results {
             tables: vec![table],
-            figures: figures.into_iter().collect(),
+            figures: time.into_iter().collect(),
             ..Results::default()
         }
     }
@@ -188,6 +185,19 @@ fn susceptibility_terms(
     susceptibility(point)?;
     let bodies = point.pairs as f64 / point.origins as f64;
     Some([(overlap, -2.0 * bodies * overlap.value?), (square, 1.0)])
+}
+
+/// The lag at which a correlation that is 1 at lag 0 falls to 1/e, as a figure of this name; `None`
+/// if it does not fall so far.
+pub(super) fn time_figure(
+    name: &str,
+    lags: &[f64],
+    correlation: &[BlockMean],
+    context: &Context<'_>,
+) -> Option<Figure> {
+    let [time, error] = relaxation_time(lags, correlation)?;
+    let figure = Figure::new(context.named(name), time, "time");
+    Some(figure.error((error > 0.0).then_some(error)))
 }
 
 /// The lag at which F_s falls to 1/e, and its standard error; the error is 0 if it has none. `None`

@@ -204,7 +204,11 @@ pub fn is_disturbed(scene: &Scene) -> Option<&'static str> {
     if reacts(scene) {
         return Some("bodies react");
     }
-    if scene.piston.iter().any(|piston| piston.stop_elasticity < 1.0) {
+    if scene
+        .piston
+        .iter()
+        .any(|piston| piston.stop_elasticity < 1.0)
+    {
         return Some("stops of a piston take energy");
     }
     let first = scene.stage.iter().position(|stage| stage.measure)?;
