@@ -100,9 +100,9 @@ pub(crate) struct ResolvedDiscs {
     pub met_fixed: bool,
 }
 
-/// The outcome of a contact of two discs that may lose energy.
+/// The outcome of a contact of two discs without spins.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct LossyDiscs {
+pub(crate) struct SmoothDiscs {
     pub discs: ResolvedDiscs,
     pub elasticity: Elasticity,
     /// Kinetic energy lost (mass × length² / time²).
@@ -153,13 +153,12 @@ impl<R: Response> Rules<'_, R> {
         }
     }
 
-    /// Resolves the contact of two discs without spins that may lose energy, to the bit as
-    /// [`Self::resolve`] does. `None` if it needs more than an impulse: with a fixed body, a rough
-    /// contact, one whose elasticity depends on the speed, one that the guard spares, or where
-    /// rounding has to be corrected. No force accelerates the discs, and they meet at the sum of
-    /// their radii.
+    /// Resolves the contact of two discs without spins, to the bit as [`Self::resolve`] does. `None`
+    /// if it needs more than an impulse: with a fixed body, a rough contact, one whose elasticity
+    /// depends on the speed, one that the guard spares, one that loses energy under a force, or
+    /// where rounding has to be corrected.
     #[inline(never)]
-    pub fn resolve_lossy_discs(&self, encounter: &ContactPair) -> Option<LossyDiscs> {
+    pub fn resolve_smooth_discs(&self, encounter: &ContactPair) -> Option<SmoothDiscs> {
         let ContactPair {
             contact,
             before,
@@ -183,6 +182,9 @@ impl<R: Response> Rules<'_, R> {
         if let Some(last) = last_contacts
             && elasticity.coefficient() < 1.0
         {
+            if self.world.accelerates() {
+                return None;
+            }
             let duration = |time: f64| self.world.clock.duration(time);
             let since = last.map(|last| duration(contact.time) - duration(last));
             if self
@@ -203,8 +205,10 @@ impl<R: Response> Rules<'_, R> {
         let distance = d.length();
         let rounding = RelativeMotion::velocity_error_of(velocities);
         // The margin exceeds the rounding of this speed.
-        let parts = (after[1] - after[0]).dot(d) > 2.0 * least_speed_of_discs(rounding) * distance;
-        if !parts || is_deep(self.world, (radii[0] + radii[1]) - distance) {
+        let is_parting =
+            (after[1] - after[0]).dot(d) > 2.0 * least_speed_of_discs(rounding) * distance;
+        let contact_distance = self.world.pairs.factor(a, b) * (radii[0] + radii[1]);
+        if !is_parting || is_deep(self.world, contact_distance - distance) {
             return None;
         }
         let energy = |[of_a, of_b]: [DVec2; 2]| {
@@ -216,7 +220,7 @@ impl<R: Response> Rules<'_, R> {
         } else {
             energy(velocities) - energy(after)
         };
-        Some(LossyDiscs {
+        Some(SmoothDiscs {
             discs: ResolvedDiscs {
                 line_of_centres: d,
                 impulse,

@@ -17,7 +17,7 @@ use crate::{
         elasticity_table::ElasticityTable,
         limits::{ContactPlaces, Limits},
         reaction_table::{PendingReaction, ReactantFate, ReactionOutcome, ReactionTable},
-        resolution::{ContactPair, LossyDiscs, Resolved, ResolvedDiscs, Rules},
+        resolution::{ContactPair, Resolved, ResolvedDiscs, Rules, SmoothDiscs},
         simultaneous_contacts::SimultaneousContacts,
         thermal_wall,
         unresolved::Unresolved,
@@ -83,12 +83,7 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
         let is_special = self.world.has_special_contacts | is_sheared | has_wells;
         let all_elastic =
             self.rules().all_elastic() && !self.world.has_gravity() && !self.world.has_reactions;
-        // Discs that neither turn nor accelerate, and meet at the sum of their radii.
-        let may_lose = !all_elastic
-            && !self.world.keeps_spins
-            && !self.world.accelerates()
-            && !self.world.has_reactions
-            && !self.world.pairs.is_active();
+        let may_be_smooth = !all_elastic && !self.world.keeps_spins;
         loop {
             let limit = self.limits.time();
             let stop = if limit < self.target {
@@ -140,15 +135,19 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
                     last_contacts: self.last_contacts(bodies),
                     repeats,
                 };
-                let is_plain = contact.parts == TouchingParts::Discs
-                    && may_lose
+                let is_smooth = contact.parts == TouchingParts::Discs
+                    && may_be_smooth
                     && !repeats
                     && !is_through_seam;
-                let onwards = if is_plain && let Some(after) = self.lose_in_discs(&encounter)? {
-                    after
-                } else {
-                    self.resolve_any(&encounter, is_special)?
-                };
+                let mut onwards =
+                    if is_smooth && let Some(after) = self.resolve_smooth_discs(&encounter)? {
+                        after
+                    } else {
+                        self.resolve_any(&encounter, is_special)?
+                    };
+                if self.world.accelerates() {
+                    onwards = [0, 1].map(|n| self.world.enter_own_frame(bodies[n], &onwards[n]));
+                }
                 queue.motions_changed(self.world, self.detection, bodies, onwards);
             }
             *self.contacts += 1;
@@ -304,46 +303,49 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         queue.motion_changed(self.world, self.detection, piston, onwards);
     }
 
-    /// Resolves and records any contact; returns the motions with which the two bodies go on.
+    /// Resolves and records any contact; returns the motions in the laboratory with which the two
+    /// bodies go on.
     #[inline(always)]
     fn resolve_any(
         &mut self,
         encounter: &ContactPair,
         is_special: bool,
     ) -> Result<[Motion; 2], RunError> {
-        let resolved = if is_special {
-            self.resolve_special(encounter)?
-        } else {
-            let resolved = self.rules().resolve(encounter);
-            self.record(encounter, &resolved)?;
-            resolved
-        };
-        let mut onwards = resolved.onwards;
-        if self.world.accelerates() {
-            let bodies = encounter.contact.bodies;
-            onwards = [0, 1].map(|n| self.world.enter_own_frame(bodies[n], &onwards[n]));
+        if is_special {
+            return self
+                .resolve_special(encounter)
+                .map(|resolved| resolved.onwards);
         }
-        Ok(onwards)
+        let resolved = self.rules().resolve(encounter);
+        self.record(encounter, &resolved)?;
+        Ok(resolved.onwards)
     }
 
-    /// Resolves and records the contact of two discs that may lose energy, if that takes no more
-    /// than an impulse; returns the motions with which they go on.
+    /// Resolves and records the contact of two discs without spins, if that takes no more than an
+    /// impulse; returns the motions in the laboratory with which they go on.
     #[inline(never)]
-    fn lose_in_discs(&mut self, encounter: &ContactPair) -> Result<Option<[Motion; 2]>, RunError> {
+    fn resolve_smooth_discs(
+        &mut self,
+        encounter: &ContactPair,
+    ) -> Result<Option<[Motion; 2]>, RunError> {
         let ContactPair {
             contact,
             before,
             last_contacts,
             ..
         } = encounter;
-        let Some(LossyDiscs {
+        let Some(SmoothDiscs {
             discs,
             elasticity,
             lost,
-        }) = self.rules().resolve_lossy_discs(encounter)
+        }) = self.rules().resolve_smooth_discs(encounter)
         else {
             return Ok(None);
         };
+        let [of_a, of_b] = discs.after;
+        if !self.limits.within(of_a, of_b) {
+            return Ok(None);
+        }
         let flights = before.map(|motion| [motion.position, motion.velocity]);
         self.record_discs(*contact, flights, discs, elasticity)?;
         if last_contacts.is_some() {
@@ -353,18 +355,14 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         }
         let slowing = self.world.clock.slowing(contact.time);
         self.ledger.book_loss(lost, slowing);
-        let [a, b] = *before;
-        let [of_a, of_b] = discs.after;
-        Ok(Some([
-            Motion {
-                velocity: of_a,
-                ..a
-            },
-            Motion {
-                velocity: of_b,
-                ..b
-            },
-        ]))
+        if self.world.has_reactions {
+            self.react(encounter);
+        }
+        let after = [0, 1].map(|n| Motion {
+            velocity: discs.after[n],
+            ..before[n]
+        });
+        Ok(Some(after))
     }
 
     /// The times of the last contacts of two bodies; `None` without a guard.

@@ -277,6 +277,7 @@ impl Capability {
             ],
             Self::TransparentPairs => &[
                 "engine/src/cells/discs_by_pair.rs",
+                "engine/src/cells/pair_classes.rs",
                 "engine/src/world/pair_table.rs",
             ],
             Self::Bonds => &[
