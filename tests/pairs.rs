@@ -118,6 +118,27 @@ fn scenes_by_pair() -> Vec<(&'static str, Scene)> {
             ),
         ),
         (
+            "reactions to tags that no disc has at first",
+            read(
+                &(gas("a", 0.03, 40)
+                    + &gas("d", 0.02, 20)
+                    + &gas("e", 0.02, 20)
+                    + &unseen("\"d\", \"e\"")
+                    + "[[reaction]]\nbetween = [\"a\"]\nbecomes = [\"c\", \"c\"]\n"),
+            ),
+        ),
+        (
+            "reactions among discs of unlike sizes",
+            read(
+                &(gas("a", 0.02, 40)
+                    + &gas("b", 0.035, 30)
+                    + &gas("d", 0.02, 10)
+                    + &gas("e", 0.02, 10)
+                    + &unseen("\"d\", \"e\"")
+                    + "[[reaction]]\nbetween = [\"a\", \"b\"]\nbecomes = [\"b\", \"a\"]\n"),
+            ),
+        ),
+        (
             "one moving disc among overlapping obstacles",
             read(
                 &(gas("a", 0.01, 1)

@@ -446,3 +446,32 @@ fn pistons_that_might_meet_walls_are_refused_by_name() {
         assert!(error.to_string().contains(words), "{text}: {error}");
     }
 }
+
+/// A rod that turns in place overlaps the line of a piston with its bounding circle. Its tip must
+/// reach the piston, which has come to rest at a stop since the rod was predicted.
+#[test]
+fn a_rod_that_turns_in_place_reaches_a_piston_at_rest() {
+    let rod = "[[molecule]]\nat = [0.5, 0.5]\nangular_velocity = 5.0\n\
+        atoms = [{ at = [0.0, 0.05], radius = 0.01, mass = 1.0 }, { at = [0.0, -0.05], radius = 0.01, mass = 1.0 }]\n";
+    let wall = "[[piston]]\nx = 0.52\nmass = 1.0\nvelocity = 0.3\nstops = [0.3, 0.55]\nstop_elasticity = 0.0";
+    let others: String = (0..3)
+        .map(|n| {
+            format!(
+                "[[molecule]]\nshape = \"disc\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.15, {}]\n",
+                0.2 + 0.2 * f64::from(n)
+            )
+        })
+        .collect();
+    let scene = scene(&format!("{others}{rod}{wall}"));
+    let mut cells = simulate::<CellScheduler>(&scene, &Instructions::Widest);
+    let mut heap = simulate::<HeapScheduler>(&scene, &CellsPerSide::Automatic);
+    // The tip is 0.05 sin(5 t) + 0.01 from the axis, and the piston 0.05: at t = 0.1855.
+    cells.run_until(0.185).unwrap();
+    assert_eq!(cells.view().counters().collisions, 0);
+    assert_eq!(piston(&cells), [0.55, 0.0]);
+    cells.run_until(0.186).unwrap();
+    heap.run_until(0.186).unwrap();
+    assert_eq!(cells.view().counters().collisions, 1);
+    assert_eq!(heap.view().counters().collisions, 1);
+    assert!(piston(&cells)[1] > 0.0);
+}

@@ -83,8 +83,8 @@ impl RelativeMotion {
         }
     }
 
-    /// Bound on the rounding of the relative velocity of two bodies with these velocities, including
-    /// the part of it that a response cannot resolve (length per time).
+    /// Bound on the rounding of the relative velocity of two bodies with these velocities, with the
+    /// part of it that a response cannot resolve (length per time).
     #[inline]
     pub fn velocity_error_of([a, b]: [DVec2; 2]) -> f64 {
         2.0 * HALF_ULP * (one_norm(a) + one_norm(b))

@@ -5,8 +5,8 @@
 //! the slowest, that of the end-to-end vector (Verdier, J. Chem. Phys. 45 (1966) 2118; Doi &
 //! Edwards, The Theory of Polymer Dynamics, 1986, chapter 4). In the Rouse model ⟨X_p(t)·X_p(0)⟩
 //! falls exponentially, at a rate in proportion to sin²(pπ/2N), and the middle diffuses with the
-//! diffusion coefficient of a body over N. The end-to-end vector R = r_N − r_1 is a sum over the odd
-//! modes: of long chains ⟨R(t)·R(0)⟩/⟨R²⟩ = Σ 8/(p²π²) exp(−p² t/τ₁), p = 1, 3, …, with the
+//! diffusion coefficient of a body over N. The end-to-end vector R = r_N − r_1 is a sum over the
+//! odd modes: of long chains ⟨R(t)·R(0)⟩/⟨R²⟩ = Σ 8/(p²π²) exp(−p² t/τ₁), p = 1, 3, …, with the
 //! relaxation time τ₁ of the slowest.
 
 use std::f64::consts::PI;

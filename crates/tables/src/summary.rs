@@ -5,10 +5,10 @@ use serde::{Deserialize, Serialize};
 use crate::{Estimate, Stationarity};
 
 /// Number of standard errors from its prediction above which a figure counts as different from it.
-/// With at least 30 independent blocks and the error of [`Figure::judged_by_blocks`], chance exceeds
-/// it at most once in 2500 figures (Student's t); with blocks whose neighbours have a correlation of
-/// 0.3, once in 400. Smaller: about forty figures of one study would give false alarms. Larger:
-/// differences would be missed.
+/// With at least 30 independent blocks and the error of [`Figure::judged_by_blocks`], chance
+/// exceeds it at most once in 2500 figures (Student's t); with blocks whose neighbours have a
+/// correlation of 0.3, once in 400. Smaller: about forty figures of one study would give false
+/// alarms. Larger: differences would be missed.
 pub const THRESHOLD: f64 = 4.0;
 
 /// With fewer blocks, or independent runs, their scatter gives no reliable test. Smaller: chance
@@ -302,7 +302,8 @@ impl Totals {
 /// walk. One contact changes the energy of its two bodies by at most 1.5 ε of it (root mean square,
 /// measured for discs of many mass ratios). In the worst case these two have all the energy, and 16
 /// ε √n is 10 standard deviations. An error of one sign, such as that of a wrong response, grows in
-/// proportion to n: one of 10⁻¹⁶ a contact is found from 10⁴ contacts on, where 10 bodies or more move.
+/// proportion to n: one of 10⁻¹⁶ a contact is found from 10⁴ contacts on, where 10 bodies or more
+/// move.
 ///
 /// A body whose contacts repeat, such as a lone ball between two walls, makes an equal rounding
 /// error δ of its energy at each of them, and the errors add up. With n/N contacts for each body,

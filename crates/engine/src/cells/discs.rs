@@ -69,7 +69,7 @@ impl<F: CellFrame> CellState<F> {
 
     /// Whether a disc sees others through the border of the box.
     #[inline(always)]
-    pub(super) fn sees_border(&self, disc: u32) -> bool {
+    pub(super) fn is_at_border(&self, disc: u32) -> bool {
         let cell = self.records[disc as usize].cell();
         self.neighbour_lists.list(cell).at_border
     }

@@ -12,7 +12,7 @@ use super::{
     cell_block::CellBlock,
     dispatch::dispatched,
     frame::{CellFrame, Numbering},
-    pair_classes::Meeting,
+    pair_classes::DistanceGroup,
     simd::{Kernel, NeighbourQuery, SoonestSlot, sooner},
     slot::INDEX_MASK,
     state::CellState,
@@ -44,12 +44,13 @@ impl<F: CellFrame> CellState<F> {
         let covered = list.is_covered().then_some(list.cell);
         let partners = PartnersInWells::new(world.shells.at(self.bodies.among_all(disc)));
         let mut soonest = SoonestSlot::NONE;
-        let in_lanes = self.pair_classes.meetings_of(disc);
-        for meeting in in_lanes.into_iter().flatten() {
-            soonest = soonest.or(self.soonest_at(kernel, &query, &list, meeting, &partners));
+        let groups = self.pair_classes.groups_of(disc);
+        let groups = groups.filter(|_| !self.asks_detector);
+        for group in groups.into_iter().flatten() {
+            soonest = soonest.or(self.soonest_at(kernel, &query, &list, group, &partners));
         }
-        let contact = if in_lanes.is_none() | soonest.is_ambiguous | self.asks_detector {
-            self.search_pairs(world, detection, disc, now)
+        let contact = if groups.is_none() | soonest.is_ambiguous {
+            self.search_pairs(world, detection, (disc, &partners), now)
         } else {
             (soonest.time, soonest.slot & INDEX_MASK)
         };
@@ -68,11 +69,11 @@ impl<F: CellFrame> CellState<F> {
         kernel: K,
         query: &NeighbourQuery<'_>,
         list: &CellBlock<'_>,
-        meeting: &Meeting,
+        group: &DistanceGroup,
         partners: &PartnersInWells<'_>,
     ) -> SoonestSlot {
         let query = NeighbourQuery {
-            pair_constants: meeting.pair_constants,
+            pair_constants: group.pair_constants,
             ..*query
         };
         let mut soonest = SoonestSlot::NONE;
@@ -82,7 +83,8 @@ impl<F: CellFrame> CellState<F> {
             for &slot in slots {
                 let other = slot & INDEX_MASK;
                 eight[count] = slot;
-                let is_met = meeting.has(self.pair_classes.of(other)) && !partners.has(other);
+                let is_met = group.has(self.pair_classes.class_of(other))
+                    && !partners.has(self.bodies.among_all(other));
                 count += usize::from(is_met);
                 if count == DISC_LANES {
                     let of_eight = kernel.soonest_of_eight::<true>(query, &eight);
@@ -101,13 +103,12 @@ impl<F: CellFrame> CellState<F> {
 
     /// The earliest contact of a small disc, with the distance of each pair by itself and as the
     /// detector finds it: time from now (infinite for none) and partner.
-    #[cold]
     #[inline(never)]
     fn search_pairs<D: Detection>(
         &self,
         world: &World,
         detection: &D,
-        disc: u32,
+        (disc, partners): (u32, &PartnersInWells<'_>),
         now: f64,
     ) -> (f64, u32) {
         let query = NeighbourQuery {
@@ -116,9 +117,12 @@ impl<F: CellFrame> CellState<F> {
         };
         let list = self.neighbour_lists.list(query.from.cell());
         let mut visible = SmallVec::<[(u32, f64); 4 * DISC_LANES]>::new();
+        let class = |body: u32| world.bodies[body as usize].kind.tag_class as usize;
+        let own_class = class(self.bodies.among_all(disc));
         for slot in list.slots().filter(|slot| slot & INDEX_MASK != disc) {
-            let factor = self.pair_factor(world, [disc, slot & INDEX_MASK]);
-            if factor > 0.0 {
+            let other = self.bodies.among_all(slot & INDEX_MASK);
+            let factor = world.pairs.factor_outside_well(own_class, class(other));
+            if factor > 0.0 && !partners.has(other) {
                 visible.push((slot, factor));
             }
         }
@@ -199,8 +203,11 @@ mod tests {
         state.begin_epoch(world, &simulation.detection, 1.0);
         let mut counts = [0; 2];
         for disc in 0..state.dummy() {
-            counts[0] += usize::from(state.pair_classes.meetings_of(disc).is_some());
-            let (time, partner) = state.search_pairs(world, &simulation.detection, disc, 0.0);
+            let groups = state.pair_classes.groups_of(disc);
+            counts[0] += usize::from(groups.is_some());
+            let partners = PartnersInWells::new(world.shells.at(disc));
+            let detection = &simulation.detection;
+            let (time, partner) = state.search_pairs(world, detection, (disc, &partners), 0.0);
             let record = &state.records[disc as usize];
             if record.kind() == RecordKind::Discs {
                 assert_eq!(

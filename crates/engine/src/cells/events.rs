@@ -202,7 +202,7 @@ impl<F: CellFrame> CellState<F> {
         let now = motions[0].time;
         if world.has_reactions {
             for body in bodies {
-                self.pair_classes.renew(world, body);
+                self.pair_classes.update_class(world, body);
             }
         }
         for (body, motion) in bodies.into_iter().zip(&motions) {

@@ -1,7 +1,8 @@
 //! The distances at which discs of each class of tags meet those of every other class.
 //!
-//! A search in lanes takes one contact distance for eight discs, so the discs around one are sorted
-//! by the distance at which it meets them. Where that cannot be, the pairs are searched one by one.
+//! A search in lanes takes one contact distance for eight discs, or the sums of their radii, so the
+//! discs around one are sorted by the distance at which it meets them. If a factor on the distance
+//! applies to a class without a single radius, the pairs are searched one by one.
 
 use smallvec::SmallVec;
 
@@ -13,7 +14,7 @@ use crate::world::{World, body::Body};
 const MAX_CLASSES: usize = 16;
 
 /// The class of the dummy, which no disc meets.
-const OF_DUMMY: u8 = 31;
+const DUMMY_CLASS: u8 = 31;
 
 /// The classes of all bodies, and the distances at which their discs meet; empty where no rule for
 /// pairs affects a body.
@@ -22,22 +23,22 @@ pub(super) struct PairClasses {
     /// By body, the dummy last.
     of_bodies: Vec<u8>,
     /// By class; `None` if the discs of a class meet others at several distances.
-    meetings: Vec<Option<Meetings>>,
+    groups: Vec<Option<DistanceGroups>>,
 }
 
 /// The classes that the discs of one class meet, by the contact distance.
-pub(super) type Meetings = SmallVec<[Meeting; 2]>;
+pub(super) type DistanceGroups = SmallVec<[DistanceGroup; 2]>;
 
 /// Classes of discs that are met at one distance, or at the sums of the radii.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Meeting {
+pub(super) struct DistanceGroup {
     /// The classes, a bit each.
     classes: u32,
     /// The distance; `None` for sums of radii.
     pub pair_constants: Option<PairConstants>,
 }
 
-impl Meeting {
+impl DistanceGroup {
     /// Whether discs of a class are among them.
     #[inline(always)]
     pub fn has(&self, class: u8) -> bool {
@@ -50,7 +51,7 @@ impl PairClasses {
     /// rounding of a separation (length).
     pub fn lay_out(&mut self, world: &World, grid: &CellGrid, separation_error: f64) {
         self.of_bodies.clear();
-        self.meetings.clear();
+        self.groups.clear();
         let classes = world.pairs.classes();
         if !grid.is_by_pair() || classes > MAX_CLASSES {
             return;
@@ -58,61 +59,63 @@ impl PairClasses {
         self.of_bodies.reserve_exact(world.bodies().len() + 1);
         let class = |body: &Body| body.kind.tag_class as u8;
         self.of_bodies.extend(world.bodies().iter().map(class));
-        self.of_bodies.push(OF_DUMMY);
+        self.of_bodies.push(DUMMY_CLASS);
         let radii = radii_by_class(world, grid, classes);
-        let meetings = |of: usize| {
-            let mut meetings = Meetings::new();
+        let used = || radii.iter().filter(|&&radius| radius != Radii::None);
+        let are_equal = used().all(|radius| Some(radius) == used().next());
+        let groups = |of: usize| {
+            let mut groups = DistanceGroups::new();
             for (other, radius) in radii.iter().enumerate() {
                 let factor = world.pairs.factor_outside_well(of, other);
                 if factor == 0.0 || *radius == Radii::None {
                     continue;
                 }
                 let pair_constants = match (radii[of], *radius) {
+                    // One group for all sums of radii: each takes a look at the whole list.
+                    _ if factor == 1.0 && !are_equal => None,
                     (Radii::All(one), Radii::All(other)) => {
                         Some(PairConstants::at((one + other) * factor, separation_error))
                     }
                     _ if factor == 1.0 => None,
                     _ => return None,
                 };
-                let same = meetings
-                    .iter_mut()
-                    .find(|meeting: &&mut Meeting| meeting.pair_constants == pair_constants);
+                let is_same = |group: &&mut DistanceGroup| group.pair_constants == pair_constants;
                 let classes = 1 << other;
-                match same {
-                    Some(meeting) => meeting.classes |= classes,
-                    None => meetings.push(Meeting {
+                match groups.iter_mut().find(is_same) {
+                    Some(group) => group.classes |= classes,
+                    None => groups.push(DistanceGroup {
                         classes,
                         pair_constants,
                     }),
                 }
             }
-            Some(meetings)
+            Some(groups)
         };
-        self.meetings.extend((0..classes).map(meetings));
+        self.groups.extend((0..classes).map(groups));
     }
 
     /// The distances at which a disc meets others, if there are few.
     #[inline]
-    pub fn meetings_of(&self, disc: u32) -> Option<&Meetings> {
+    pub fn groups_of(&self, disc: u32) -> Option<&DistanceGroups> {
         let &class = self.of_bodies.get(disc as usize)?;
-        self.meetings[class as usize].as_ref()
+        self.groups[class as usize].as_ref()
     }
 
     /// The class of a body, or of the dummy.
     #[inline(always)]
-    pub fn of(&self, body: u32) -> u8 {
+    pub fn class_of(&self, body: u32) -> u8 {
         self.of_bodies[body as usize]
     }
 
     /// Reads the class of a body whose tags have changed.
-    pub fn renew(&mut self, world: &World, body: u32) {
+    pub fn update_class(&mut self, world: &World, body: u32) {
         if let Some(class) = self.of_bodies.get_mut(body as usize) {
             *class = world.bodies()[body as usize].kind.tag_class as u8;
         }
     }
 
     pub fn heap_bytes(&self) -> usize {
-        self.of_bodies.capacity() + self.meetings.capacity() * size_of::<Option<Meetings>>()
+        self.of_bodies.capacity() + self.groups.capacity() * size_of::<Option<DistanceGroups>>()
     }
 }
 
@@ -125,20 +128,29 @@ enum Radii {
     Several,
 }
 
+/// The radii of the discs of each class. A reaction may give any disc any class: then every class
+/// has those of all discs.
 fn radii_by_class(world: &World, grid: &CellGrid, classes: usize) -> Vec<Radii> {
     let mut radii = vec![Radii::None; classes];
-    for body in world
-        .bodies()
-        .iter()
-        .filter(|body| !grid.is_multi_cell(body))
-    {
-        let radius = body.molecule().bounding_radius();
-        let of_class = &mut radii[body.kind.tag_class as usize];
-        *of_class = match *of_class {
-            Radii::None => Radii::All(radius),
-            Radii::All(common) if common == radius => Radii::All(radius),
-            _ => Radii::Several,
-        };
+    let in_cells = world.bodies().iter();
+    for body in in_cells.filter(|body| !grid.is_multi_cell(body)) {
+        let class = body.kind.tag_class as usize;
+        radii[class] = radii[class].or(Radii::All(body.molecule().bounding_radius()));
+    }
+    if world.has_reactions {
+        let of_all = radii.iter().copied().fold(Radii::None, Radii::or);
+        radii.fill(of_all);
     }
     radii
+}
+
+impl Radii {
+    /// Those of two sets of discs together.
+    fn or(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::None, radii) | (radii, Self::None) => radii,
+            (Self::All(one), Self::All(other)) if one == other => self,
+            _ => Self::Several,
+        }
+    }
 }

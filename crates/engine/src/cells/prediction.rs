@@ -81,7 +81,7 @@ impl<F: CellFrame> CellState<F> {
             }
             return until;
         }
-        if self.grid.contents() == CellContents::ShearedDiscs && !self.sees_border(body) {
+        if self.grid.contents() == CellContents::ShearedDiscs && !self.is_at_border(body) {
             // At the border images move.
             predict_sheared_disc(self, world, detection, body, now);
         } else if F::IS_WHOLE && self.multi_cell.is_multi_cell(body) {

@@ -153,10 +153,10 @@ impl<R: Response> Rules<'_, R> {
         }
     }
 
-    /// Resolves the contact of two discs without spins, to the bit as [`Self::resolve`] does. `None`
-    /// if it needs more than an impulse: with a fixed body, a rough contact, one whose elasticity
-    /// depends on the speed, one that the guard spares, one that loses energy under a force, or
-    /// where rounding has to be corrected.
+    /// Resolves the contact of two discs without spins, to the bit as [`Self::resolve`] does.
+    /// `None` if it needs more than an impulse: with a fixed body, a rough contact, one whose
+    /// elasticity depends on the speed, one that the guard spares, one that loses energy under a
+    /// force, or where rounding has to be corrected.
     #[inline(never)]
     pub fn resolve_smooth_discs(&self, encounter: &ContactPair) -> Option<SmoothDiscs> {
         let ContactPair {
@@ -195,9 +195,12 @@ impl<R: Response> Rules<'_, R> {
                 return None;
             }
         }
-        let impulse = self
-            .response
-            .impulse_of_discs(d, velocities, inverse_masses, elasticity);
+        let frame = ContactFrame {
+            line_of_centres: d,
+            arms: [DVec2::ZERO; 2],
+        };
+        let with_inertia = [(&before[0], &a.kind.inertia), (&before[1], &b.kind.inertia)];
+        let impulse = self.response.impulse(&frame, with_inertia, elasticity);
         let after = [
             velocities[0] - impulse * inverse_masses[0],
             velocities[1] + impulse * inverse_masses[1],

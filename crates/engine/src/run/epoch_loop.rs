@@ -77,12 +77,15 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
     fn run<Q: EventQueue>(mut self, queue: &mut Q) -> Self::End {
         // Contacts are resolved in the laboratory, but flights of discs are those of the falling
         // frame. Reactions are decided where any contact is resolved, and so is the motion of
-        // images through the seam of a sheared box.
+        // images; the guard, here that of bonds, counts all contacts.
         let is_sheared = self.world.is_sheared();
         let has_wells = self.world.has_wells();
         let is_special = self.world.has_special_contacts | is_sheared | has_wells;
-        let all_elastic =
-            self.rules().all_elastic() && !self.world.has_gravity() && !self.world.has_reactions;
+        let all_elastic = self.rules().all_elastic()
+            && self.world.last_contacts.is_empty()
+            && !self.world.has_gravity()
+            && !self.world.has_reactions
+            && !is_sheared;
         let may_be_smooth = !all_elastic && !self.world.keeps_spins;
         loop {
             let limit = self.limits.time();
@@ -107,15 +110,13 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
             if repeats {
                 self.count_repeated(bodies, time)?;
             }
-            let is_through_seam = is_sheared && contact.image[1] != 0;
-            if contact.parts == TouchingParts::Discs && all_elastic && !repeats && !is_through_seam
-            {
+            if contact.parts == TouchingParts::Discs && all_elastic && !repeats {
                 let inverse_masses = queue.inverse_masses(self.world, bodies);
                 let (a, b) = (queue.flight(bodies[0], time), queue.flight(bodies[1], time));
                 let resolved = self
                     .rules()
                     .resolve_discs(contact.image, [a, b], inverse_masses);
-                self.record_discs(contact, [a, b], resolved, Elasticity::ELASTIC)?;
+                self.record_discs(contact, [a, b], resolved)?;
                 let flights = [[a[0], b[0]], resolved.after];
                 queue.flights_changed(self.world, self.detection, bodies, time, flights);
             } else if contact.is_stop() {
@@ -138,9 +139,9 @@ impl<D: Detection, R: Response> EventLoop for EpochLoop<'_, D, R> {
                 let is_smooth = contact.parts == TouchingParts::Discs
                     && may_be_smooth
                     && !repeats
-                    && !is_through_seam;
+                    && !(is_sheared && contact.image[1] != 0);
                 let mut onwards =
-                    if is_smooth && let Some(after) = self.resolve_smooth_discs(&encounter)? {
+                    if is_smooth && let Some(after) = self.resolve_smooth_discs(&encounter) {
                         after
                     } else {
                         self.resolve_any(&encounter, is_special)?
@@ -324,30 +325,26 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
     /// Resolves and records the contact of two discs without spins, if that takes no more than an
     /// impulse; returns the motions in the laboratory with which they go on.
     #[inline(never)]
-    fn resolve_smooth_discs(
-        &mut self,
-        encounter: &ContactPair,
-    ) -> Result<Option<[Motion; 2]>, RunError> {
+    fn resolve_smooth_discs(&mut self, encounter: &ContactPair) -> Option<[Motion; 2]> {
         let ContactPair {
             contact,
             before,
             last_contacts,
             ..
         } = encounter;
-        let Some(SmoothDiscs {
+        let SmoothDiscs {
             discs,
             elasticity,
             lost,
-        }) = self.rules().resolve_smooth_discs(encounter)
-        else {
-            return Ok(None);
-        };
+        } = self.rules().resolve_smooth_discs(encounter)?;
         let [of_a, of_b] = discs.after;
         if !self.limits.within(of_a, of_b) {
-            return Ok(None);
+            return None;
         }
-        let flights = before.map(|motion| [motion.position, motion.velocity]);
-        self.record_discs(*contact, flights, discs, elasticity)?;
+        self.count_discs(discs.met_fixed);
+        if self.watches(contact.bodies) {
+            self.report_discs(*contact, *before, discs, elasticity);
+        }
         if last_contacts.is_some() {
             for body in contact.bodies {
                 self.world.last_contacts[body as usize] = contact.time;
@@ -362,7 +359,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
             velocity: discs.after[n],
             ..before[n]
         });
-        Ok(Some(after))
+        Some(after)
     }
 
     /// The times of the last contacts of two bodies; `None` without a guard.
@@ -378,7 +375,6 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         contact: ContactEvent,
         flights: [[DVec2; 2]; 2],
         resolved: ResolvedDiscs,
-        elasticity: Elasticity,
     ) -> Result<(), RunError> {
         // All parts by themselves, and put together where they are needed: an array or a struct
         // whose address is passed on stays in memory for each contact, and is read as a whole
@@ -405,8 +401,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
             self.limits
                 .accept(self.world, self.names, places, [after_a, after_b], 0.0)?;
         }
-        self.counters.collisions += 1;
-        self.counters.fixed_collisions += u64::from(met_fixed);
+        self.count_discs(met_fixed);
         if self.watches([a, b]) {
             let contact = ContactEvent {
                 time,
@@ -414,21 +409,28 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
                 image: [across, up],
                 parts,
             };
-            let flights = [[place_a, velocity_a], [place_b, velocity_b]];
+            let motion = |position: DVec2, velocity: DVec2| Motion {
+                velocity,
+                time,
+                ..Motion::at_rest(position)
+            };
+            let before = [motion(place_a, velocity_a), motion(place_b, velocity_b)];
             let after = [after_a, after_b];
-            self.report_discs(
-                contact,
-                flights,
-                ResolvedDiscs {
-                    line_of_centres,
-                    impulse,
-                    after,
-                    met_fixed,
-                },
-                elasticity,
-            );
+            let resolved = ResolvedDiscs {
+                line_of_centres,
+                impulse,
+                after,
+                met_fixed,
+            };
+            self.report_discs(contact, before, resolved, Elasticity::ELASTIC);
         }
         Ok(())
+    }
+
+    #[inline(always)]
+    fn count_discs(&mut self, met_fixed: bool) {
+        self.counters.collisions += 1;
+        self.counters.fixed_collisions += u64::from(met_fixed);
     }
 
     /// Whether the observer wants to know of contacts of these bodies.
@@ -447,7 +449,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
     fn report_discs(
         &mut self,
         contact: ContactEvent,
-        flights: [[DVec2; 2]; 2],
+        before: [Motion; 2],
         resolved: ResolvedDiscs,
         elasticity: Elasticity,
     ) {
@@ -465,12 +467,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         } = resolved;
         let slowing = self.world.clock.slowing(time);
         let side = |n: usize| {
-            let [position, velocity] = flights[n];
-            let before = Motion {
-                velocity: velocity * slowing,
-                time,
-                ..Motion::at_rest(position)
-            };
+            let before = before[n].slowed(slowing);
             Side {
                 body: &self.world.bodies[bodies[n] as usize],
                 atom: Some(0),
@@ -494,7 +491,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         let radius = factor * first.kind.molecule.bounding_radius();
         let report = CollisionReport {
             time: self.world.time_at(time),
-            point: flights[0][0] + radius * normal,
+            point: before[0].position + radius * normal,
             sides,
             normal,
             impulse: impulse * slowing,

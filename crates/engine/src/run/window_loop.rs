@@ -2,7 +2,7 @@
 //! once.
 
 use carom_detection::Detection;
-use carom_response::{Elasticity, Response};
+use carom_response::Response;
 
 use crate::{
     contact::{
@@ -149,7 +149,7 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
         let resolved = self
             .rules()
             .resolve_discs(contact.image, logged.flights, inverse_masses);
-        self.record_discs(contact, logged.flights, resolved, Elasticity::ELASTIC)
+        self.record_discs(contact, logged.flights, resolved)
     }
 
     /// Counts the contacts of a window, and enters their energies into the ledger.

@@ -1,5 +1,5 @@
-//! `chain-relaxation`: displacement of the middle of chains, and the correlations of a Rouse mode and
-//! of the end-to-end vector, with their relaxation times.
+//! `chain-relaxation`: displacement of the middle of chains, and the correlations of a Rouse mode
+//! and of the end-to-end vector, with their relaxation times.
 
 use anyhow::Result;
 use carom::observers::{ChainLag, ChainRelaxation};
@@ -95,8 +95,8 @@ impl Measured for ChainRelaxation {
     }
 }
 
-/// A correlation by its value at the first lag, which is 0 (time); empty without a value there above
-/// 0.
+/// A correlation by its value at the first lag, which is 0 (time); empty without a value above 0
+/// there.
 fn by_first(correlation: &[BlockMean], lags: &[f64], context: &Context<'_>) -> Vec<BlockMean> {
     let Some(first) = correlation.first().copied() else {
         return Vec::new();

@@ -287,8 +287,8 @@ impl<F: CellFrame> CellState<F> {
                 // At least the rounding of the speed of approach.
                 (-apart * way.signum()).max(0.0) + 16.0 * HALF_ULP * speeds
             };
-            // 0/0 is NaN for two bodies at rest that touch, which is no bound.
-            let bound = left / speed;
+            // A body that turns in place may reach a piston at rest.
+            let bound = if left > 0.0 { left / speed } else { 0.0 };
             if best.is_after(now, bound) {
                 candidates.push(Candidate {
                     bound,
