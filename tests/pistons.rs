@@ -440,6 +440,15 @@ fn pistons_that_might_meet_walls_are_refused_by_name() {
             "x = 0.5\nmass = 1.0\nstops = [0.1, 0.9]\n[box]\ndrag = 0.1",
             "drag",
         ),
+        // Over the mass it would be 0.
+        (
+            "x = 0.5\nmass = 1e15\nstops = [0.1, 0.9]\nspring = 1e-312",
+            "`spring` over `mass`",
+        ),
+        (
+            "x = 0.5\nmass = 1e15\nstops = [0.1, 0.9]\nforce = 1e-312",
+            "force",
+        ),
     ] {
         let error = Simulation::new(&scene(&format!("[[piston]]\n{text}"))).unwrap_err();
         assert!(matches!(error, SceneError::Entry { .. }), "{error}");

@@ -68,8 +68,8 @@
 //!    velocity; it has then left the 3 × 3 cells around every disc that sees no image, and is
 //!    predicted in its new cell.
 //! 10. **One partner may be skipped.** Of two bodies that have just met, the prediction of the first
-//!    may leave out the second. *Proof.* The first is not the body of the pair that is predicted
-//!    last.
+//!     may leave out the second. *Proof.* The first is not the body of the pair that is predicted
+//!     last.
 //!
 //! # Layers
 //!

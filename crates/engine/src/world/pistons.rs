@@ -183,12 +183,12 @@ impl Piston {
     }
 }
 
-/// Whether a piston of this mass may have this force: its acceleration is 0, or in the range of all
-/// magnitudes.
+/// Whether a piston of this mass may have this force: none, or one with an acceleration in the range
+/// of all magnitudes. (That of a tiny force would vanish, and the swing on its spring be infinite.)
 pub(crate) fn is_force(force: f64, mass: f64) -> bool {
     let acceleration = (force / mass).abs();
     force.abs() <= MAX_MAGNITUDE
-        && (acceleration == 0.0 || (MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&acceleration))
+        && (force == 0.0 || (MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&acceleration))
 }
 
 /// The first time at which d = v t + ½ a t², for a distance d that is not negative but for
