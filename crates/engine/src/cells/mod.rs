@@ -64,12 +64,12 @@
 //!    well holds; every prediction of either searches it, up to the event that it keeps.
 //! 9. **Shear.** Lemmas 1 to 5 hold for discs in a sheared box, of which those in cells that see no
 //!    image through the border are searched like others. *Proof.* The cells shear with the images,
-//!    so that neighbours remain neighbours. A disc that leaves the box through the seam gets another
-//!    velocity; it has then left the 3 × 3 cells around every disc that sees no image, and is
-//!    predicted in its new cell.
-//! 10. **One partner may be skipped.** Of two bodies that have just met, the prediction of the first
-//!     may leave out the second. *Proof.* The first is not the body of the pair that is predicted
-//!     last.
+//!    so that neighbours remain neighbours. A disc that leaves the box through the seam gets
+//!    another velocity; it has then left the 3 × 3 cells around every disc that sees no image, and
+//!    is predicted in its new cell.
+//! 10. **One partner may be skipped.** Of two bodies that have just met, the prediction of the
+//!     first may leave out the second. *Proof.* The first is not the body of the pair that is
+//!     predicted last.
 //!
 //! # Layers
 //!

@@ -183,8 +183,9 @@ impl Piston {
     }
 }
 
-/// Whether a piston of this mass may have this force: none, or one with an acceleration in the range
-/// of all magnitudes. (That of a tiny force would vanish, and the swing on its spring be infinite.)
+/// Whether a piston of this mass may have this force: none, or one with an acceleration in the
+/// range of all magnitudes. (That of a tiny force would vanish, and the swing on its spring be
+/// infinite.)
 pub(crate) fn is_force(force: f64, mass: f64) -> bool {
     let acceleration = (force / mass).abs();
     force.abs() <= MAX_MAGNITUDE
