@@ -710,7 +710,7 @@ mod tests {
         .unwrap();
         assert_eq!(
             (FORMAT, kept.len(), crc32fast::hash(&kept)),
-            (27, 1071, 1_327_252_991)
+            (29, 1071, 1_327_252_991)
         );
     }
     /// Rules that scenes read from lists of another form.
