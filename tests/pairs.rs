@@ -29,20 +29,51 @@ fn transparent(between: &[&str]) -> TransparentSpec {
     }
 }
 
+fn gas(tag: &str, radius: f64, count: u32) -> String {
+    format!(
+        "[[gas]]\ntags = [\"{tag}\"]\nradius = {radius}\nmass = 1.0\nenergy = 1.0\ncount = {count}\n"
+    )
+}
+
+fn unseen(between: &str) -> String {
+    format!("[[transparent]]\nbetween = [{between}]\n")
+}
+
+/// Small scenes with rules for pairs, and reactions that change the tags of discs.
+fn scenes_with_reactions() -> [(&'static str, Scene); 2] {
+    [
+        (
+            "reactions to tags that no disc has at first",
+            read(
+                &(gas("a", 0.03, 40)
+                    + &gas("d", 0.02, 20)
+                    + &gas("e", 0.02, 20)
+                    + &unseen("\"d\", \"e\"")
+                    + "[[reaction]]\nbetween = [\"a\"]\nbecomes = [\"c\", \"c\"]\n"),
+            ),
+        ),
+        (
+            "reactions among discs of unlike sizes",
+            read(
+                &(gas("a", 0.02, 40)
+                    + &gas("b", 0.035, 30)
+                    + &gas("d", 0.02, 10)
+                    + &gas("e", 0.02, 10)
+                    + &unseen("\"d\", \"e\"")
+                    + "[[reaction]]\nbetween = [\"a\", \"b\"]\nbecomes = [\"b\", \"a\"]\n"),
+            ),
+        ),
+    ]
+}
+
 /// Small scenes with rules for pairs: like and unlike sizes, molecules, fixed bodies, walls.
 fn scenes_by_pair() -> Vec<(&'static str, Scene)> {
-    let gas = |tag: &str, radius: f64, count: u32| {
-        format!(
-            "[[gas]]\ntags = [\"{tag}\"]\nradius = {radius}\nmass = 1.0\nenergy = 1.0\ncount = {count}\n"
-        )
-    };
     let molecules = |tag: &str, shape: &str, count: u32| {
         format!(
             "[[gas]]\ntags = [\"{tag}\"]\nshape = \"{shape}\"\natom_radius = 0.015\natom_mass = 1.0\nenergy = 1.0\n\
              count = {count}\n"
         )
     };
-    let unseen = |between: &str| format!("[[transparent]]\nbetween = [{between}]\n");
     let diameter = |between: &str, factor: f64| {
         format!("[[diameter]]\nbetween = [{between}]\nfactor = {factor}\n")
     };
@@ -118,27 +149,6 @@ fn scenes_by_pair() -> Vec<(&'static str, Scene)> {
             ),
         ),
         (
-            "reactions to tags that no disc has at first",
-            read(
-                &(gas("a", 0.03, 40)
-                    + &gas("d", 0.02, 20)
-                    + &gas("e", 0.02, 20)
-                    + &unseen("\"d\", \"e\"")
-                    + "[[reaction]]\nbetween = [\"a\"]\nbecomes = [\"c\", \"c\"]\n"),
-            ),
-        ),
-        (
-            "reactions among discs of unlike sizes",
-            read(
-                &(gas("a", 0.02, 40)
-                    + &gas("b", 0.035, 30)
-                    + &gas("d", 0.02, 10)
-                    + &gas("e", 0.02, 10)
-                    + &unseen("\"d\", \"e\"")
-                    + "[[reaction]]\nbetween = [\"a\", \"b\"]\nbecomes = [\"b\", \"a\"]\n"),
-            ),
-        ),
-        (
             "one moving disc among overlapping obstacles",
             read(
                 &(gas("a", 0.01, 1)
@@ -149,7 +159,8 @@ fn scenes_by_pair() -> Vec<(&'static str, Scene)> {
 }
 
 fn check_invariants<S: Scheduler + Clone>(options: &S::Options) {
-    for (name, scene) in scenes_by_pair() {
+    let scenes = scenes_by_pair().into_iter().chain(scenes_with_reactions());
+    for (name, scene) in scenes {
         let mut simulation = simulate::<S>(&scene, options);
         for contact in 0..400 {
             simulation.step(10.0, &mut ()).unwrap();

@@ -463,14 +463,8 @@ fn a_rod_that_turns_in_place_reaches_a_piston_at_rest() {
     let rod = "[[molecule]]\nat = [0.5, 0.5]\nangular_velocity = 5.0\n\
         atoms = [{ at = [0.0, 0.05], radius = 0.01, mass = 1.0 }, { at = [0.0, -0.05], radius = 0.01, mass = 1.0 }]\n";
     let wall = "[[piston]]\nx = 0.52\nmass = 1.0\nvelocity = 0.3\nstops = [0.3, 0.55]\nstop_elasticity = 0.0";
-    let others: String = (0..3)
-        .map(|n| {
-            format!(
-                "[[molecule]]\nshape = \"disc\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.15, {}]\n",
-                0.2 + 0.2 * f64::from(n)
-            )
-        })
-        .collect();
+    let disc = "[[molecule]]\nshape = \"disc\"\natom_radius = 0.02\natom_mass = 1.0\nat = [0.15, ";
+    let others = format!("{disc}0.2]\n{disc}0.4]\n{disc}0.6]\n");
     let scene = scene(&format!("{others}{rod}{wall}"));
     let mut cells = simulate::<CellScheduler>(&scene, &Instructions::Widest);
     let mut heap = simulate::<HeapScheduler>(&scene, &CellsPerSide::Automatic);
