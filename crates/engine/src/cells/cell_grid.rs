@@ -81,8 +81,7 @@ impl CellGrid {
             return None;
         }
         // Of the searches only that among molecules knows of images that move.
-        let are_plain_discs =
-            discs == world.bodies().len() && !by_pair && !world.is_tethered() && !world.has_wells();
+        let are_plain_discs = discs == world.bodies().len() && !by_pair && !world.is_tethered();
         let shears_discs = is_sheared && are_plain_discs;
         let holds_molecules =
             is_sheared && !shears_discs || moving().count() > 2 * discs && !by_diameter;

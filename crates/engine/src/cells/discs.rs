@@ -56,15 +56,7 @@ impl<F: CellFrame> CellState<F> {
             }
             _ => self.query_any_list(kernel, disc, now, cell),
         };
-        let (crossing_time, crossing) = self.crossing(from, now);
-        DiscEvents {
-            contact_time: now + soonest.time,
-            partner: soonest.slot & INDEX_MASK,
-            is_ambiguous: soonest.is_ambiguous,
-            covered,
-            crossing_time,
-            crossing,
-        }
+        DiscEvents::new(now, soonest, covered, self.crossing(from, now))
     }
 
     /// Whether a disc sees others through the border of the box.
@@ -89,18 +81,8 @@ impl<F: CellFrame> CellState<F> {
             .neighbour_lists
             .index(self.records[disc as usize].cell());
         let (soonest, covered) = self.query_any_list(kernel, disc, now, cell);
-        let (crossing_time, crossing) = match &self.seam {
-            Some(seam) => self.crossing_under_shear(seam, disc, now),
-            None => self.crossing(&self.records[disc as usize], now),
-        };
-        let events = DiscEvents {
-            contact_time: now + soonest.time,
-            partner: soonest.slot & INDEX_MASK,
-            is_ambiguous: soonest.is_ambiguous,
-            covered,
-            crossing_time,
-            crossing,
-        };
+        let crossing = self.crossing_in_any_cells(disc, now);
+        let events = DiscEvents::new(now, soonest, covered, crossing);
         self.store_disc_event(world, detection, disc, now, &events);
     }
 
@@ -293,4 +275,23 @@ pub(super) struct DiscEvents {
     covered: Option<u32>,
     crossing_time: f64,
     crossing: RecordKind,
+}
+
+impl DiscEvents {
+    #[inline(always)]
+    fn new(
+        now: f64,
+        soonest: SoonestSlot,
+        covered: Option<u32>,
+        (crossing_time, crossing): (f64, RecordKind),
+    ) -> Self {
+        Self {
+            contact_time: now + soonest.time,
+            partner: soonest.slot & INDEX_MASK,
+            is_ambiguous: soonest.is_ambiguous,
+            covered,
+            crossing_time,
+            crossing,
+        }
+    }
 }

@@ -36,10 +36,7 @@ impl<F: CellFrame> CellState<F> {
         candidates.clear();
         let query = self.query(body, now);
         let list = self.neighbour_lists.list(query.from.cell());
-        let (crossing_time, crossing) = match &self.seam {
-            Some(seam) => self.crossing_under_shear(seam, body, now),
-            None => self.crossing(query.from, now),
-        };
+        let (crossing_time, crossing) = self.crossing_in_any_cells(body, now);
         let slides = self.seam.is_some() && list.at_border;
         let mut best = EarliestEvent::before(crossing_time, crossing);
         let covered = list.is_covered().then_some(list.cell);

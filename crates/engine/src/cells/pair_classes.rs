@@ -61,8 +61,10 @@ impl PairClasses {
         self.of_bodies.extend(world.bodies().iter().map(class));
         self.of_bodies.push(DUMMY_CLASS);
         let radii = radii_by_class(world, grid, classes);
-        let used = || radii.iter().filter(|&&radius| radius != Radii::None);
-        let are_equal = used().all(|radius| Some(radius) == used().next());
+        let common = match radii.iter().copied().fold(Radii::None, Radii::or) {
+            Radii::All(radius) => Some(radius),
+            Radii::None | Radii::Several => None,
+        };
         let groups = |of: usize| {
             let mut groups = DistanceGroups::new();
             for (other, radius) in radii.iter().enumerate() {
@@ -72,11 +74,12 @@ impl PairClasses {
                 }
                 let pair_constants = match (radii[of], *radius) {
                     // One group for all sums of radii: each takes a look at the whole list.
-                    _ if factor == 1.0 && !are_equal => None,
+                    _ if factor == 1.0 => {
+                        common.map(|radius| PairConstants::new(radius, separation_error))
+                    }
                     (Radii::All(one), Radii::All(other)) => {
                         Some(PairConstants::at((one + other) * factor, separation_error))
                     }
-                    _ if factor == 1.0 => None,
                     _ => return None,
                 };
                 let is_same = |group: &&mut DistanceGroup| group.pair_constants == pair_constants;

@@ -426,13 +426,17 @@ impl<F: CellFrame> CellState<F> {
         (if time > now { time } else { now }, kind)
     }
 
+    /// [`Self::crossing`] of a body in cells that may shear.
+    #[inline(always)]
+    pub(super) fn crossing_in_any_cells(&self, body: u32, now: f64) -> (f64, RecordKind) {
+        match &self.seam {
+            Some(seam) => self.crossing_under_shear(seam, body, now),
+            None => self.crossing(&self.records[body as usize], now),
+        }
+    }
+
     /// Variant of [`Self::crossing`] in cells that shear.
-    pub(super) fn crossing_under_shear(
-        &self,
-        seam: &Seam,
-        body: u32,
-        now: f64,
-    ) -> (f64, RecordKind) {
+    fn crossing_under_shear(&self, seam: &Seam, body: u32, now: f64) -> (f64, RecordKind) {
         let side = self.grid.side();
         let [column, row] = self.records[body as usize].cell().map(f64::from);
         let near = DVec2::new(column, row);

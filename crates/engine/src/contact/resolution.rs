@@ -104,6 +104,8 @@ pub(crate) struct ResolvedDiscs {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SmoothDiscs {
     pub discs: ResolvedDiscs,
+    /// The motions just after the contact, with which the run continues.
+    pub after: [Motion; 2],
     pub elasticity: Elasticity,
     /// Kinetic energy lost (mass × length² / time²).
     pub lost: f64,
@@ -167,17 +169,12 @@ impl<R: Response> Rules<'_, R> {
         } = encounter;
         let [a, b] = contact.bodies.map(|body| &self.world.bodies[body as usize]);
         let elasticity = self.elasticity.at_any_speed(a, b)?;
-        let inverse_masses = [a, b].map(|body| body.kind.inertia.inverse_mass);
-        let met_fixed = inverse_masses[0] * inverse_masses[1] == 0.0;
+        let inertias = [&a.kind.inertia, &b.kind.inertia];
+        let met_fixed = inertias[0].is_fixed() || inertias[1].is_fixed();
         if met_fixed || !elasticity.is_smooth() || self.response.is_rough(elasticity) {
             return None;
         }
-        let mut d = before[1].position - before[0].position;
-        if contact.image != [0, 0] {
-            d += self.world.bounds.shift(contact.image);
-        }
         let velocities = before.map(|motion| motion.velocity);
-        let relative = velocities[1] - velocities[0];
         let radii = [a, b].map(|body| body.molecule().bounding_radius());
         if let Some(last) = last_contacts
             && elasticity.coefficient() < 1.0
@@ -187,49 +184,44 @@ impl<R: Response> Rules<'_, R> {
             }
             let duration = |time: f64| self.world.clock.duration(time);
             let since = last.map(|last| duration(contact.time) - duration(last));
-            if self
-                .elasticity
-                .guard
-                .raises_for_discs(radii, relative, since)
-            {
+            let relative = velocities[1] - velocities[0];
+            let guard = self.elasticity.guard;
+            if guard.raises_for_discs(radii, relative, since) {
                 return None;
             }
+        }
+        let mut d = before[1].position - before[0].position;
+        if contact.image != [0, 0] {
+            d += self.world.bounds.shift(contact.image);
         }
         let frame = ContactFrame {
             line_of_centres: d,
             arms: [DVec2::ZERO; 2],
         };
-        let with_inertia = [(&before[0], &a.kind.inertia), (&before[1], &b.kind.inertia)];
+        let with_inertia = [(&before[0], inertias[0]), (&before[1], inertias[1])];
         let impulse = self.response.impulse(&frame, with_inertia, elasticity);
-        let after = [
-            velocities[0] - impulse * inverse_masses[0],
-            velocities[1] + impulse * inverse_masses[1],
-        ];
-        let distance = d.length();
+        let after = pushed(&frame, before, inertias, impulse);
         let rounding = RelativeMotion::velocity_error_of(velocities);
         // The margin exceeds the rounding of this speed.
         let is_parting =
-            (after[1] - after[0]).dot(d) > 2.0 * least_speed_of_discs(rounding) * distance;
+            approach_speed(&frame, [&after[0], &after[1]]) < -2.0 * least_speed_of_discs(rounding);
         let contact_distance = self.world.pairs.factor(a, b) * (radii[0] + radii[1]);
-        if !is_parting || is_deep(self.world, contact_distance - distance) {
+        if !is_parting || is_deep(self.world, contact_distance - d.length()) {
             return None;
         }
-        let energy = |[of_a, of_b]: [DVec2; 2]| {
-            0.5 * of_a.length_squared() / inverse_masses[0]
-                + 0.5 * of_b.length_squared() / inverse_masses[1]
-        };
         let lost = if self.response.conserves_energy(elasticity) {
             0.0
         } else {
-            energy(velocities) - energy(after)
+            energy_of(before, inertias) - energy_of(&after, inertias)
         };
         Some(SmoothDiscs {
             discs: ResolvedDiscs {
                 line_of_centres: d,
                 impulse,
-                after,
+                after: after.map(|motion| motion.velocity),
                 met_fixed,
             },
+            after,
             elasticity,
             lost,
         })
@@ -289,9 +281,7 @@ impl<R: Response> Rules<'_, R> {
         if elasticity != of_table {
             spared = self.spared(&frame, before, inertias, of_table, (impulse, &after));
         }
-        let energy = |motions: &[Motion; 2]| {
-            kinetic_energy(&motions[0], inertias[0]) + kinetic_energy(&motions[1], inertias[1])
-        };
+        let energy = |motions: &[Motion; 2]| energy_of(motions, inertias);
         let mut points = 1;
         if !is_rough
             && may_be_joint(pair, parts)
@@ -598,6 +588,11 @@ fn work_of_wall(
         }
     };
     work(0, impulse) + work(1, -impulse)
+}
+
+/// Kinetic energy of two bodies (mass × length² / time²).
+fn energy_of(motions: &[Motion; 2], inertias: [&Inertia; 2]) -> f64 {
+    kinetic_energy(&motions[0], inertias[0]) + kinetic_energy(&motions[1], inertias[1])
 }
 
 /// The motions after an impulse on the second body and its opposite on the first.

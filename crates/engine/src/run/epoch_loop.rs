@@ -334,6 +334,7 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         } = encounter;
         let SmoothDiscs {
             discs,
+            after,
             elasticity,
             lost,
         } = self.rules().resolve_smooth_discs(encounter)?;
@@ -355,10 +356,6 @@ impl<D, R: Response> EpochLoop<'_, D, R> {
         if self.world.has_reactions {
             self.react(encounter);
         }
-        let after = [0, 1].map(|n| Motion {
-            velocity: discs.after[n],
-            ..before[n]
-        });
         Some(after)
     }
 
