@@ -193,19 +193,14 @@ pub enum TileUse {
     ThermalWalls,
     /// Bodies may react at contacts, each of which draws the next number of one sequence.
     Reactions,
-    /// A wall moves, and would have to be listed in the cells of several tiles while it does.
-    MovingWalls,
     /// A piston moves, a wall that contacts push.
     Pistons,
-    /// Bodies fall, so that fixed bodies move in their frame.
-    Gravity,
     /// Images above and below move, so that the cells across the seam slide.
     Shear,
     /// Bodies are tied to each other: a tether acts across borders of tiles.
     Tethers,
-    /// Rules for pairs of tags affect bodies ([`TransparentSpec`](crate::TransparentSpec),
-    /// [`DiameterSpec`](crate::DiameterSpec)), of which tiles know nothing.
-    PairRules,
+    /// Discs have wells, whose steps act across borders of tiles.
+    Wells,
     /// A dilute gas, whose discs live in cells of several.
     Dilute,
     /// The detector does not use the closed form for two discs.
@@ -224,12 +219,10 @@ impl fmt::Display for TileUse {
             Self::LargeBodies => "bodies larger than a cell move",
             Self::ThermalWalls => "a wall has a temperature",
             Self::Reactions => "bodies may react at contacts",
-            Self::MovingWalls => "a wall moves",
-            Self::Gravity => "bodies fall",
             Self::Shear => "the box is sheared",
             Self::Tethers => "bodies are tethered to each other",
             Self::Pistons => "a piston moves",
-            Self::PairRules => "rules for pairs of tags, or wells",
+            Self::Wells => "discs have wells",
             Self::Dilute => "a dilute gas",
             Self::Detector => "a detector without the closed form",
             Self::Scheduler => "a scheduler without tiles, or a box of few cells",

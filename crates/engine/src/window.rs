@@ -73,8 +73,8 @@ pub struct TimeWindow {
     pub(crate) encounters: Vec<ContactPair>,
     /// Number of contacts with a fixed body, unless the contacts are logged.
     pub(crate) with_fixed: u64,
-    /// Effects of the contacts on the ledger and the guard; empty if `log` is requested or if all
-    /// contacts are elastic.
+    /// Effects of the contacts on the ledger and the guard; empty if `log` is requested, and if all
+    /// contacts are elastic and no wall moves.
     pub(crate) inelastic: InelasticContacts,
 }
 
@@ -103,8 +103,8 @@ impl TimeWindow {
     }
 }
 
-/// Energies, times of last contacts and number of guarded contacts of a window with inelastic
-/// contacts.
+/// Energies, times of last contacts and number of guarded contacts of a window whose contacts change
+/// the energy.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct InelasticContacts {
     /// The energies of each contact. In order, so that sums have the same rounding.
@@ -138,6 +138,8 @@ pub(crate) struct ContactEnergy {
     pub lost: f64,
     /// Energy that it would have lost in addition without the guard; none if that changes nothing.
     pub spared: Option<f64>,
+    /// Work of a wall that moves.
+    pub work: f64,
 }
 
 /// A contact after which a body moves or turns faster than all bodies before.

@@ -116,10 +116,18 @@ impl CellState {
     }
 
     /// Goes on at `now` in an epoch, after all records have been replaced, for events at this mean
-    /// interval (times). All bodies that move live in cells.
-    pub(super) fn resume(&mut self, world: &World, interval: f64, now: f64) {
+    /// interval (times). Bodies that are not fixed live in cells; `spans` are the walls that move,
+    /// each with the time since when it is listed (offset in the epoch).
+    pub(super) fn resume(
+        &mut self,
+        world: &World,
+        interval: f64,
+        now: f64,
+        spans: impl Iterator<Item = (u32, f64)>,
+    ) {
         self.list_discs(|body| !world.bodies()[body].is_fixed());
         self.list_multi_cell_bodies(world);
+        self.resume_spans(world, spans);
         // Other bodies than those of the journal have been wrapped.
         self.wrapped.overflow();
         self.schedule_all(interval, now);

@@ -186,14 +186,12 @@ impl Cells {
         let is_large = |body: &Body| !body.is_fixed() && grid.is_multi_cell(body);
         let refusal = match grid.contents() {
             CellContents::DiluteDiscs => Some(TileUse::Dilute),
-            _ if world.pairs.is_active() => Some(TileUse::PairRules),
+            _ if world.has_wells() => Some(TileUse::Wells),
             _ if world.has_thermal_walls => Some(TileUse::ThermalWalls),
             _ if world.is_sheared() => Some(TileUse::Shear),
             _ if world.is_tethered() => Some(TileUse::Tethers),
             _ if world.has_reactions => Some(TileUse::Reactions),
             _ if world.pistons().next().is_some() => Some(TileUse::Pistons),
-            _ if world.has_gravity() => Some(TileUse::Gravity),
-            _ if world.moves_walls() => Some(TileUse::MovingWalls),
             _ if world.bodies().iter().any(is_large) => Some(TileUse::LargeBodies),
             CellContents::Discs
             | CellContents::DiscsByPair
@@ -281,7 +279,7 @@ impl Cells {
                 // Not the first window of an epoch: if it were given up, its start would be that of
                 // the world, which stops have overwritten.
                 let runs_ahead = should_run_ahead && !tiles.is_fresh();
-                if let Some(window) = tiles.run(job, runs_ahead) {
+                if let Some(window) = tiles.run(job, &self.whole.grid, runs_ahead) {
                     return Some(window);
                 }
             }

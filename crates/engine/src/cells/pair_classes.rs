@@ -97,6 +97,17 @@ impl PairClasses {
         self.groups.extend((0..classes).map(groups));
     }
 
+    /// Reads those of some bodies (indices among all) from those of all: a workspace numbers its
+    /// bodies in this order.
+    pub fn take_part(&mut self, all: &Self, bodies: impl Iterator<Item = u32>) {
+        self.of_bodies.clear();
+        self.groups.clone_from(&all.groups);
+        if !all.of_bodies.is_empty() {
+            self.of_bodies.extend(bodies.map(|body| all.class_of(body)));
+            self.of_bodies.push(DUMMY_CLASS);
+        }
+    }
+
     /// The distances at which a disc meets others, if there are few.
     #[inline]
     pub fn groups_of(&self, disc: u32) -> Option<&DistanceGroups> {

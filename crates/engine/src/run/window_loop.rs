@@ -24,7 +24,8 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
         scheduler: &mut S,
     ) -> Result<Option<EpochEnd>, RunError> {
         let may_use_windows = self.most == u64::MAX;
-        let all_elastic = self.rules().all_elastic();
+        // Where bodies fall, contacts are resolved in the laboratory.
+        let all_elastic = self.rules().all_elastic() && !self.world.has_gravity();
         let wants_log = self.observer.is_some();
         loop {
             let limit = self.limits.time();
@@ -161,6 +162,7 @@ impl<D: Detection, R: Response> EpochLoop<'_, D, R> {
             let slowing = self.world.clock.slowing(energy.time);
             self.ledger.spared += energy.spared.unwrap_or(0.0) * (slowing * slowing);
             self.ledger.book_loss(energy.lost, slowing);
+            self.ledger.work += energy.work;
         }
         for &(body, time) in &window.inelastic.last_contacts {
             // Several tiles may have contacts of one fixed body; the latest counts.

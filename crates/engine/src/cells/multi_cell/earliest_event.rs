@@ -10,7 +10,7 @@ use crate::{
     cells::{
         body_record::{BodyRecord, RecordKind},
         candidates::Candidate,
-        frame::CellFrame,
+        frame::{CellFrame, Numbering},
         state::CellState,
     },
     scheduler::{ContactEvent, TouchingParts, ordered},
@@ -96,7 +96,8 @@ impl<F: CellFrame> CellState<F> {
         let relative = self.relative_motion(world, pair, image, now);
         let outlines = pair.map(|body| self.molecule(world, body).outline());
         let times = [bound, best.time.min(self.limit) - now];
-        let answer = world.first_contact(detection, pair, outlines, &relative, now, times);
+        let among_all = pair.map(|body| self.bodies.among_all(body));
+        let answer = world.first_contact(detection, among_all, outlines, &relative, now, times);
         let outcome = answer.outcome.map(TouchingParts::from);
         self.offer(body, (other, seen), outcome, now, best);
     }
@@ -194,7 +195,8 @@ impl<F: CellFrame> CellState<F> {
         now: f64,
     ) -> RelativeMotion {
         let (a, b) = (self.motion(pair[0]), self.motion(pair[1]));
-        world.relative_motion(pair, [&a, &b], image, now)
+        let among_all = pair.map(|body| self.bodies.among_all(body));
+        world.relative_motion(among_all, [&a, &b], image, now)
     }
 
     /// The discs seen from a tile of a multi-cell body.

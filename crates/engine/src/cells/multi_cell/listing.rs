@@ -3,10 +3,10 @@
 use carom_geometry::PeriodicBox;
 use glam::DVec2;
 
-use super::{Listed, MultiCellBody};
+use super::{EarliestEvent, Listed, MultiCellBody};
 use crate::{
     cells::{
-        body_record::NO_CELL,
+        body_record::{NO_CELL, RecordKind},
         cell_grid::CellGrid,
         frame::CellFrame,
         state::CellState,
@@ -54,6 +54,23 @@ impl CellState {
         }
     }
 
+    /// Lists the walls that move for the spans that began at these times (offsets in the epoch), in
+    /// the middle of an epoch.
+    pub(in crate::cells) fn resume_spans(
+        &mut self,
+        world: &World,
+        spans: impl Iterator<Item = (u32, f64)>,
+    ) {
+        for (wall, from) in spans {
+            let Some(index) = self.multi_cell.get(wall) else {
+                continue;
+            };
+            self.list_body(world, index, from);
+            let until = self.multi_cell.list[index].listed_until;
+            self.store_event(wall, &EarliestEvent::before(until, RecordKind::Shell));
+        }
+    }
+
     /// Lists a wall that moves anew, and returns the bodies that it may now touch and could not
     /// touch before: those in the cells that it has entered, and its neighbours.
     #[cold]
@@ -61,48 +78,18 @@ impl CellState {
         let Some(index) = self.multi_cell.get(wall) else {
             return Vec::new();
         };
-        let order = |listed: &Listed| (listed.index, listed.image);
-        let mut before = self.multi_cell.list[index].cells.clone();
-        before.sort_unstable_by_key(order);
+        let before = self.multi_cell.list[index].cells.clone();
         self.list_body(world, index, now);
         let multi_cell_body = &self.multi_cell.list[index];
         let mut bodies: Vec<u32> = Vec::new();
-        for cell in &multi_cell_body.cells {
-            if before.binary_search_by_key(&order(cell), order).is_err() {
-                bodies.extend(self.bodies_in(cell.index));
-            }
+        for cell in cells_entered(before, &multi_cell_body.cells) {
+            bodies.extend(self.bodies_in(cell));
         }
         let neighbours = multi_cell_body.neighbours.iter();
         bodies.extend(neighbours.map(|other| self.multi_cell.list[other.index as usize].body));
         bodies.sort_unstable();
         bodies.dedup();
         bodies
-    }
-
-    /// Sets the span for which a fixed body that moves is listed from now on, and its place in the
-    /// middle of it.
-    fn set_span(&mut self, world: &World, index: usize, now: f64) {
-        let side = self.grid.side().min_element();
-        let multi_cell_body = &mut self.multi_cell.list[index];
-        let (body, motion) = (
-            &world.bodies[multi_cell_body.body as usize],
-            &multi_cell_body.motion,
-        );
-        let drive = multi_cell_body.drive.as_ref();
-        let fastest = drive.map_or(0.0, |drive| drive.max_speed(self.limit));
-        let until = now + SPAN * side / (wall_speed(body, motion) + fastest);
-        let until = until.max(now.next_up());
-        // A drive is bounded by what it does in this epoch.
-        let end = match drive {
-            Some(_) => until.min(self.limit).max(now),
-            None => until,
-        };
-        let (middle, way) = place_during(body, motion, drive, [now, end]);
-        multi_cell_body.wall = StandingWall::new(body, &middle);
-        // Not wrapped into the box, like the motion.
-        multi_cell_body.centre = middle.position;
-        multi_cell_body.shell = way * MARGIN;
-        multi_cell_body.listed_until = until;
     }
 
     /// Sets the strip about its present place for which a piston is listed from now on.
@@ -141,7 +128,7 @@ impl CellState {
                 .max(least)
         };
         if self.multi_cell.list[index].is_moving_fixed() {
-            self.set_span(world, index, now);
+            self.multi_cell.list[index].set_span(world, &self.grid, [now, self.limit]);
         } else if self.multi_cell.list[index].is_piston() {
             self.set_strip(world, index, now);
         }
@@ -257,7 +244,7 @@ impl CellState {
 
 impl<F: CellFrame> CellState<F> {
     /// The bodies that live in a cell.
-    pub(super) fn bodies_in(&self, cell: u32) -> impl Iterator<Item = u32> {
+    pub(in crate::cells) fn bodies_in(&self, cell: u32) -> impl Iterator<Item = u32> {
         let around = self.neighbour_lists.seen_from(cell);
         around.map(|(body, _)| body).filter(move |&body| {
             let own = self.records[body as usize].cell();
@@ -266,25 +253,80 @@ impl<F: CellFrame> CellState<F> {
     }
 }
 
-/// The cells that list a fixed body (index in [`World::bodies`]), each with the image in which its
-/// discs appear in the frame of the body.
+impl MultiCellBody {
+    /// Sets the span for which a fixed body that moves is listed from now on, in an epoch that ends
+    /// at `limit` (offsets in it, time), and its place in the middle of it.
+    fn set_span(&mut self, world: &World, grid: &CellGrid, [now, limit]: [f64; 2]) {
+        let side = grid.side().min_element();
+        let (body, motion) = (&world.bodies[self.body as usize], &self.motion);
+        let drive = self.drive.as_ref();
+        let fastest = drive.map_or(0.0, |drive| drive.max_speed(limit));
+        let until = now + SPAN * side / (wall_speed(body, motion) + fastest);
+        let until = until.max(now.next_up());
+        // A drive is bounded by what it does in this epoch.
+        let end = match drive {
+            Some(_) => until.min(limit).max(now),
+            None => until,
+        };
+        let (middle, way) = place_during(body, motion, drive, [now, end]);
+        self.wall = StandingWall::new(body, &middle);
+        // Not wrapped into the box, like the motion.
+        self.centre = middle.position;
+        self.shell = way * MARGIN;
+        (self.listed_from, self.listed_until) = (now, until);
+    }
+}
+
+/// The cells that list a fixed body.
+#[derive(Debug, Clone)]
+pub(in crate::cells) struct FixedBodyCells {
+    /// Each with the image in which its discs appear in the frame of the body.
+    pub cells: Vec<Listed>,
+    /// End of the span for which they list it (offset in the epoch, time); infinite for a body at
+    /// rest.
+    pub until: f64,
+}
+
+/// The cells that list a fixed body (index among all) from `now` on, in an epoch that ends at
+/// `limit` (offsets in it, time).
 pub(in crate::cells) fn cells_of_fixed_body(
     grid: &CellGrid,
     world: &World,
-    body: usize,
-) -> Vec<Listed> {
-    let motion = &world.motions()[body];
+    body: u32,
+    [now, limit]: [f64; 2],
+) -> FixedBodyCells {
+    let index = body as usize;
+    let motion = &world.motions()[index];
     let mut fixed = MultiCellBody::new(
-        body as u32,
-        &world.bodies()[body],
+        body,
+        &world.bodies()[index],
         motion,
-        world.drive(body).as_ref(),
+        world.drive(index).as_ref(),
         grid.holds_molecules(),
     );
-    fixed.centre = world.bounds().wrap(motion.position).0;
+    if fixed.is_moving_fixed() {
+        fixed.set_span(world, grid, [now, limit]);
+    } else {
+        fixed.centre = world.bounds().wrap(motion.position).0;
+    }
     let mut cells = Vec::new();
     add_cells(grid, &fixed, &mut cells);
-    cells
+    FixedBodyCells {
+        cells,
+        until: fixed.listed_until,
+    }
+}
+
+/// Those of the cells `now` that were not among those `before`, by their indices.
+pub(in crate::cells) fn cells_entered(
+    mut before: Vec<Listed>,
+    now: &[Listed],
+) -> impl Iterator<Item = u32> {
+    let order = |listed: &Listed| (listed.index, listed.image);
+    before.sort_unstable_by_key(order);
+    now.iter()
+        .filter(move |cell| before.binary_search_by_key(&order(cell), order).is_err())
+        .map(|cell| cell.index)
 }
 
 /// Adds the cells that list a body.

@@ -31,7 +31,9 @@ use carom_kinematics::{Drive, Motion};
 use glam::DVec2;
 
 pub(super) use self::{
-    covered::CoveredCells, earliest_event::EarliestEvent, listing::cells_of_fixed_body,
+    covered::CoveredCells,
+    earliest_event::EarliestEvent,
+    listing::{FixedBodyCells, cells_entered, cells_of_fixed_body},
     search::predict_multi_cell,
 };
 use super::candidates::Candidates;
@@ -92,7 +94,8 @@ pub(super) struct MultiCellBody {
     /// The wall that the body is, if it is one; of a wall that moves its place in the middle of the
     /// span for which it is listed.
     wall: Option<StandingWall>,
-    /// End of the span for which a fixed body is listed (offset in the epoch, time).
+    /// The span for which a fixed body is listed (offsets in the epoch, time).
+    listed_from: f64,
     listed_until: f64,
     /// Bounding radius (length).
     pub radius: f64,
@@ -127,6 +130,7 @@ impl MultiCellBody {
                 && !among_molecules
                 && drive.is_none(),
             wall: StandingWall::new(body, motion),
+            listed_from: 0.0,
             listed_until: f64::INFINITY,
             radius: body.kind.molecule.bounding_radius(),
             motion: *motion,
@@ -245,6 +249,12 @@ impl MultiCellBodies {
     pub fn listed_until(&self, body: u32) -> f64 {
         self.get(body)
             .map_or(f64::INFINITY, |index| self.list[index].listed_until)
+    }
+
+    /// Start of the span for which a fixed body is listed (offset in the epoch, time).
+    pub fn listed_from(&self, body: u32) -> f64 {
+        self.get(body)
+            .map_or(0.0, |index| self.list[index].listed_from)
     }
 
     pub fn heap_bytes(&self) -> usize {

@@ -9,10 +9,16 @@
 //! border, from the old state, which is still there. If this does not help, the window is run event
 //! by event.
 //!
-//! Bodies that move live in cells, as discs or as molecules. Walls and fixed bodies are listed in
-//! the cells from which they can be touched, and never move: each tile reads them where it needs
-//! them. The time of their last contact does change, but no outcome depends on it (`Guard::raise`);
-//! the latest of all tiles is kept.
+//! Bodies that contacts push live in cells, as discs or as molecules. Walls and fixed bodies are
+//! listed in the cells from which they can be touched, and no contact changes their motion: each
+//! tile reads them where it needs them. The time of their last contact does change, but no outcome
+//! depends on it (`Guard::raise`); the latest of all tiles is kept.
+//!
+//! A wall that moves is listed for a span of time, as in the global order (`multi_cell`), and so is
+//! each fixed body where bodies fall, since all are seen from the falling frame. A window ends no
+//! later than the first of these spans. The next one begins with these bodies listed for their next
+//! span, one after the other, and with predictions of the bodies in the cells that each enters: what
+//! the global order does at that time.
 //!
 //! # Lemmas
 //!
@@ -54,13 +60,20 @@
 //!    centre of the partner moves on a straight line from one cell of the 3 × 3 around it to
 //!    another, so it is in one of them all the time. The version of the prediction is kept while
 //!    the partner is away, so the prediction stays stale.
+//! 7. **A wall that is not listed in the cell of a body cannot be touched there in the window.** A
+//!    prediction of such a contact is of a later span, in which the wall is listed there; until
+//!    then it is kept, like that of a partner that is away. *Proof.* The window lies in the span,
+//!    and the wall is listed in every cell from which it can be touched in the span.
+//! 8. **Fixed bodies are listed anew in the order of all.** *Proof.* They are, in the order of their
+//!    indices, and nothing else happens at that instant (`Tiles::has_events_at_end_of_spans`); if
+//!    something does, the global order runs this part.
 //!
 //! Nothing is assumed of speeds, distances or equilibrium: they decide how often a tile is run
 //! again, never the result. A log holds the changes themselves, not a digest.
 //!
 //! # Ends of a window
 //!
-//! A window ends with the epoch, as in the global order. If there are more contacts than the epoch
+//! A window ends with the epoch, as in the global order, or with the span of a fixed body that moves. If there are more contacts than the epoch
 //! has left, or if a body becomes so fast that the epoch ends earlier, the window is run again up
 //! to that time. Contacts of a body with two others at one instant, contacts after which the
 //! surfaces separate by rounding alone, and errors are left to the global order, which begins from
@@ -97,7 +110,7 @@ use carom_response::Response;
 use self::{
     ahead::{MotionLog, WindowAhead},
     border_log::MAX_RINGS,
-    fixed_bodies::FixedBodies,
+    fixed_bodies::{FixedBodies, Relisting},
     map::{DIRECTIONS, TileMap, opposite},
     resting::{Rest, RestingBody, TileBodies},
     workspace::{TileOutcome, TileSpan, TileTask, Workspace},
@@ -105,6 +118,7 @@ use self::{
 use super::{
     body_record::BodyRecord,
     cell_grid::CellGrid,
+    pair_classes::PairClasses,
     simd::AvailableInstructions,
     state::{CellState, EpochConstants},
 };
@@ -174,6 +188,8 @@ pub(super) struct Tiles {
     tiling: Tiling,
     bodies: Vec<TileBodies>,
     fixed: Option<FixedBodies>,
+    /// Those that are listed anew at the start of a window that is not accepted yet.
+    relisting: Option<Relisting>,
     holds_molecules: bool,
     /// Bytes of the log of motions for each contact.
     motion_log_bytes: usize,
@@ -185,6 +201,8 @@ pub(super) struct Tiles {
     patience: u32,
     workspaces: Vec<Workspace>,
     epoch: EpochConstants,
+    /// The classes of all bodies.
+    pair_classes: PairClasses,
     /// Whether the bodies have no events yet.
     is_fresh: bool,
     /// Measured in the last window: contacts of all bodies, and events of all bodies, per time.
@@ -241,6 +259,7 @@ impl Tiles {
             tiling: tiling.within_bounds(),
             bodies: vec![TileBodies::default(); map.tiles()],
             fixed: None,
+            relisting: None,
             holds_molecules: grid.holds_molecules(),
             motion_log_bytes: MotionLog::bytes_for_contact(grid.keeps_motions()),
             outcomes: vec![TileOutcome::default(); map.tiles()],
@@ -250,6 +269,7 @@ impl Tiles {
             workspaces: vec![Workspace::new(instructions, grid.clone()); threads],
             map,
             epoch: EpochConstants::default(),
+            pair_classes: PairClasses::default(),
             is_fresh: true,
             contact_rate: 0.0,
             event_rate: 0.0,
@@ -269,6 +289,8 @@ impl Tiles {
             .map(TileBodies::heap_bytes)
             .sum::<usize>()
             + self.fixed.as_ref().map_or(0, FixedBodies::heap_bytes)
+            + self.pair_classes.heap_bytes()
+            + self.relisting.as_ref().map_or(0, Relisting::heap_bytes)
             + self
                 .outcomes
                 .iter()
@@ -286,7 +308,7 @@ impl Tiles {
     /// first window.
     pub fn begin_epoch(&mut self, world: &World, grid: &CellGrid, limit: f64) {
         self.roll_back();
-        self.start(world, grid, limit);
+        self.start(world, grid, limit, |_| 0.0);
         self.is_fresh = true;
         let moving = (0..world.bodies.len()).filter(|&body| !world.bodies[body].is_fixed());
         let bodies = moving.map(|body| {
@@ -313,9 +335,20 @@ impl Tiles {
         );
     }
 
-    fn start(&mut self, world: &World, grid: &CellGrid, limit: f64) {
+    /// Reads what holds for the whole epoch; a wall that moves is listed since a given time (offset
+    /// in the epoch).
+    fn start(
+        &mut self,
+        world: &World,
+        grid: &CellGrid,
+        limit: f64,
+        listed_from: impl Fn(u32) -> f64,
+    ) {
         self.epoch = EpochConstants::new(world, grid, limit);
-        self.fixed = FixedBodies::new(world, grid, &self.map);
+        self.pair_classes
+            .lay_out(world, grid, self.epoch.separation_error);
+        self.fixed = FixedBodies::new(world, grid, &self.map, limit, listed_from);
+        self.relisting = None;
         if self.contact_rate == 0.0 {
             self.contact_rate = expected_contact_rate(world);
             self.event_rate = 4.0 * self.contact_rate;
@@ -339,7 +372,8 @@ impl Tiles {
 
     /// Takes over from the global order, in the middle of an epoch.
     pub fn take_over(&mut self, world: &World, state: &CellState) {
-        self.start(world, &state.grid, state.limit);
+        let listed_from = |body| state.multi_cell.listed_from(body);
+        self.start(world, &state.grid, state.limit, listed_from);
         self.is_fresh = false;
         let moving = (0..state.windings.len()).filter(|&body| !world.bodies[body].is_fixed());
         let bodies = moving.map(|body| {
@@ -378,7 +412,8 @@ impl Tiles {
                 }
             }
         }
-        state.resume(world, 1.0 / self.event_rate, now);
+        let spans = self.fixed.iter().flat_map(FixedBodies::spans);
+        state.resume(world, 1.0 / self.event_rate, now, spans);
     }
 
     /// Distributes bodies among the tiles; `rest` is by their indices among all.
@@ -478,6 +513,11 @@ impl Tiles {
         } else {
             4.0 * MIN_STRETCH
         };
+        let span = self
+            .fixed
+            .as_ref()
+            .map_or(f64::INFINITY, FixedBodies::shortest_span);
+        let stretch = stretch.min(span);
         !self.is_refused && stretch * self.contact_rate >= 0.5 * least * self.count as f64
     }
 
@@ -506,6 +546,7 @@ impl Tiles {
     /// hold.
     pub fn roll_back(&mut self) -> Option<RestartState> {
         let ahead = self.ahead.take()?;
+        self.relisting = None;
         self.counters.given_up += 1;
         if ahead.is_in_first_half() {
             self.patience = self.patience.saturating_mul(4);
@@ -547,6 +588,7 @@ impl Tiles {
     pub fn run<D: Detection, R: Response>(
         &mut self,
         job: &WindowJob<'_, D, R>,
+        grid: &CellGrid,
         runs_ahead: bool,
     ) -> Option<TimeWindow> {
         if job.stop <= job.from && !self.is_fresh {
@@ -558,6 +600,7 @@ impl Tiles {
         } else {
             job.stop
         };
+        self.relist_fixed_bodies(job, grid);
         let mut end = self.end_of_window(job, stop, runs_ahead);
         if end <= job.from && job.stop > job.from {
             self.is_refused = true;
@@ -573,6 +616,9 @@ impl Tiles {
                     continue;
                 }
             }
+            if self.has_events_at_end_of_spans(end) {
+                break;
+            }
             match self.end_of_epoch(job, end) {
                 EndOfEpoch::After(limits) => return self.accept(job, end, limits, false),
                 EndOfEpoch::With(limits) => return self.accept(job, end, limits, true),
@@ -584,6 +630,38 @@ impl Tiles {
         self.counters.refused += 1;
         self.is_refused = true;
         None
+    }
+
+    /// Lists those fixed bodies anew whose spans end with the last window.
+    fn relist_fixed_bodies<D, R>(&mut self, job: &WindowJob<'_, D, R>, grid: &CellGrid) {
+        let due = self
+            .fixed
+            .as_ref()
+            .filter(|fixed| fixed.listed_until() <= job.from);
+        let span = [job.from, self.epoch.limit];
+        self.relisting = due.map(|fixed| fixed.relisted(job.world, grid, span));
+    }
+
+    /// Whether events of a window to `end` (offset in the epoch, time) are at the instant in which
+    /// fixed bodies are listed anew: their order is that of the bodies.
+    fn has_events_at_end_of_spans(&self, end: f64) -> bool {
+        self.end_of_spans(f64::NEG_INFINITY) == end
+            && self.outcomes.iter().any(|outcome| outcome.at_end > 0)
+    }
+
+    /// Until when no fixed body is listed anew (offset in the epoch, time); an estimate while the
+    /// global order lists them.
+    fn end_of_spans(&self, now: f64) -> f64 {
+        let after = self.relisting.as_ref().map(|relisting| &relisting.after);
+        let Some(fixed) = after.or(self.fixed.as_ref()) else {
+            return f64::INFINITY;
+        };
+        let until = fixed.listed_until();
+        if until > now {
+            until
+        } else {
+            now + fixed.shortest_span()
+        }
     }
 
     /// Accepts the outcomes of a window: as the state, or as one that is ahead of the stop.
@@ -643,6 +721,7 @@ impl Tiles {
             };
             length = length.min(share * left + 10.0 / self.contact_rate);
         }
+        let stop = stop.min(self.end_of_spans(job.from));
         // No short window before the stop, if the border of a longer one fits.
         let longest = ((1.0 + MIN_STRETCH) * length).min(free_time * widest / self.front);
         if job.from + longest < stop {
@@ -708,8 +787,10 @@ impl Tiles {
         (margin, border): (u32, u32),
         span: TileSpan,
     ) {
-        let (map, bodies, fixed) = (&self.map, &self.bodies, self.fixed.as_ref());
-        let (epoch, is_fresh) = (&self.epoch, self.is_fresh);
+        let (map, bodies) = (&self.map, &self.bodies);
+        let (fixed, relisting) = (self.fixed.as_ref(), self.relisting.as_ref());
+        let (epoch, pair_classes) = (&self.epoch, &self.pair_classes);
+        let is_fresh = self.is_fresh;
         let mut requested = selected.iter().peekable();
         let tasks: Vec<(usize, &mut TileOutcome)> = self
             .outcomes
@@ -725,10 +806,12 @@ impl Tiles {
                     map,
                     bodies,
                     fixed,
+                    relisting,
                     tile,
                     margin,
                     border,
                     epoch,
+                    pair_classes,
                     is_fresh,
                     span,
                 };
@@ -963,6 +1046,9 @@ impl Tiles {
             .map(|tile| tile.moving.list.len())
             .sum::<usize>();
         debug_assert_eq!(count, self.count, "a body is in no tile, or in two");
+        if let Some(relisting) = self.relisting.take() {
+            self.fixed = Some(relisting.after);
+        }
         self.is_fresh = false;
     }
 

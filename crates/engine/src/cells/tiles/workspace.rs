@@ -11,7 +11,7 @@ use glam::DVec2;
 use super::{
     ahead::MotionLog,
     border_log::{BorderChange, BorderLog, Places},
-    fixed_bodies::FixedBodies,
+    fixed_bodies::{FixedBodies, RelistedBody, Relisting},
     map::TileMap,
     resting::{MovingBodies, Rest, RestingBody, TileBodies},
     trim,
@@ -21,7 +21,8 @@ use crate::{
         body_record::{BodyRecord, NO_CELL, RecordKind},
         cell_grid::CellGrid,
         frame::{Numbering, TileFrame},
-        multi_cell::Listed,
+        multi_cell::{Listed, cells_entered},
+        pair_classes::PairClasses,
         simd::{AvailableInstructions, Kernel, KernelWork, dispatch},
         state::{CellState, EpochConstants},
     },
@@ -188,13 +189,13 @@ impl TileOutcome {
             return;
         }
         self.inelastic.guarded += u64::from(resolved.spared.is_some());
-        if resolved.lost.is_some() || resolved.spared.is_some() {
-            let (lost, spared) = (resolved.lost.unwrap_or(0.0), resolved.spared);
+        if resolved.lost.is_some() || resolved.spared.is_some() || resolved.work != 0.0 {
             self.inelastic.energies.push(ContactEnergy {
                 time,
                 bodies,
-                lost,
-                spared,
+                lost: resolved.lost.unwrap_or(0.0),
+                spared: resolved.spared,
+                work: resolved.work,
             });
         }
     }
@@ -231,6 +232,9 @@ pub(super) struct Workspace {
     fixed: Vec<u32>,
     /// The lists of the workspace in which they are, and their images there.
     covered: Vec<(u32, Listed)>,
+    /// If fixed bodies are listed anew at the start of the window: the cells of the workspace, in
+    /// ascending order, and their lists.
+    lists: Vec<(u32, u32)>,
     /// Each body of the workspace in order: its index among all, and its place in `loaded`; for a
     /// fixed body, its place in `fixed` plus the length of `loaded`.
     order: Vec<u64>,
@@ -242,12 +246,15 @@ pub(super) struct TileTask<'a> {
     pub map: &'a TileMap,
     pub bodies: &'a [TileBodies],
     pub fixed: Option<&'a FixedBodies>,
+    /// The fixed bodies that are listed anew at the start of the window.
+    pub relisting: Option<&'a Relisting>,
     pub tile: usize,
     /// Cells by which a wrong event must be farther from the tile than its influence travels, and
     /// cells of the border.
     pub margin: u32,
     pub border: u32,
     pub epoch: &'a EpochConstants,
+    pub pair_classes: &'a PairClasses,
     /// Whether the bodies have no events yet.
     pub is_fresh: bool,
     pub span: TileSpan,
@@ -264,6 +271,7 @@ impl Workspace {
             loaded: MovingBodies::default(),
             fixed: Vec::new(),
             covered: Vec::new(),
+            lists: Vec::new(),
             order: Vec::new(),
         }
     }
@@ -275,6 +283,7 @@ impl Workspace {
             + self.loaded.heap_bytes()
             + self.fixed.capacity() * size_of::<u32>()
             + self.covered.capacity() * size_of::<(u32, Listed)>()
+            + self.lists.capacity() * size_of::<(u32, u32)>()
             + self.order.capacity() * size_of::<u64>()
     }
 
@@ -333,7 +342,7 @@ impl Workspace {
         self.state
             .neighbour_lists
             .set_frame(map.window(tile, border));
-        self.find_fixed_bodies(task.fixed);
+        self.find_fixed_bodies(task);
         self.order.clear();
         let moving = self.loaded.list.iter().map(|body| body.body);
         let keyed = moving.chain(self.fixed.iter().copied()).zip(0_u64..);
@@ -363,8 +372,10 @@ impl Workspace {
         self.partners.clear();
         let holds_molecules = state.grid.holds_molecules();
         // Of discs that meet only each other, the constants of a pair hold the radius.
-        let needs_radius =
-            task.epoch.pair_constants.is_none() || task.fixed.is_some() || holds_molecules;
+        let needs_radius = task.epoch.pair_constants.is_none()
+            || task.fixed.is_some()
+            || holds_molecules
+            || state.grid.is_by_pair();
         for &key in &self.order {
             let (body, place) = ((key >> 32) as u32, key as u32 as usize);
             let radius = if needs_radius {
@@ -407,21 +418,34 @@ impl Workspace {
                     .map(|&body| last_contacts[body as usize]),
             );
         }
+        let bodies = state.bodies.0.iter().copied();
+        state.pair_classes.take_part(task.pair_classes, bodies);
         state.push_dummy();
         state.records[self.order.len()].version = VERSION_OF_DUMMY;
     }
 
     /// Finds the fixed bodies that those of the workspace may touch.
-    fn find_fixed_bodies(&mut self, fixed: Option<&FixedBodies>) {
+    fn find_fixed_bodies(&mut self, task: &TileTask<'_>) {
         self.fixed.clear();
         self.covered.clear();
-        let Some(fixed) = fixed else { return };
+        self.lists.clear();
+        let Some(fixed) = task.fixed else { return };
         for (list, cell) in self.state.neighbour_lists.frame().cells() {
             self.covered
                 .extend(fixed.in_cell(cell).map(|listed| (list, listed)));
+            if let Some(relisting) = task.relisting {
+                self.lists.push((relisting.index(cell), list));
+            }
         }
+        self.lists.sort_unstable();
         self.fixed
             .extend(self.covered.iter().map(|(_, listed)| listed.index));
+        for relisted in task.relisting.iter().flat_map(|all| &all.bodies) {
+            let is_here = |cell: &Listed| list_of(&self.lists, cell.index).is_some();
+            if relisted.after.iter().any(is_here) {
+                self.fixed.push(relisted.body);
+            }
+        }
         self.fixed.sort_unstable();
         self.fixed.dedup();
     }
@@ -446,10 +470,11 @@ impl Workspace {
         let index_of = |bodies: &[u32], body: u32| bodies.binary_search(&body).unwrap_or(0) as u32;
         for &body in &*fixed {
             let index = index_of(&state.bodies.0, body);
+            let drive = world.drive(body as usize);
             let (body, motion) = (&world.bodies[body as usize], &world.motions[body as usize]);
             state
                 .multi_cell
-                .add(index, body, motion, None, bodies, holds_molecules);
+                .add(index, body, motion, drive.as_ref(), bodies, holds_molecules);
         }
         let window = *state.neighbour_lists.frame();
         state
@@ -520,6 +545,8 @@ impl Workspace {
         if is_fresh {
             self.state
                 .predict_all(kernel, job.world, job.detection, span.from);
+        } else if let Some(relisting) = task.relisting {
+            self.relist_fixed_bodies(kernel, job, relisting, span.from, outcome);
         }
         self.state
             .schedule_all(span.event_interval / f64::from(bodies.max(1)), span.from);
@@ -601,6 +628,79 @@ impl Workspace {
         }
     }
 
+    /// Lists fixed bodies anew at the start of the window, `now`, one after the other, and predicts
+    /// the bodies in the cells that each has entered, as the global order does.
+    #[inline(never)]
+    fn relist_fixed_bodies<D: Detection, R: Response, K: Kernel>(
+        &mut self,
+        kernel: K,
+        job: &WindowJob<'_, D, R>,
+        relisting: &Relisting,
+        now: f64,
+        outcome: &mut TileOutcome,
+    ) {
+        for RelistedBody {
+            body,
+            before,
+            after,
+        } in &relisting.bodies
+        {
+            let Ok(index) = self.state.bodies.0.binary_search(body) else {
+                continue;
+            };
+            for list in before
+                .iter()
+                .filter_map(|cell| list_of(&self.lists, cell.index))
+            {
+                if self.state.multi_cell.covered.leave(list, index as u32) {
+                    self.state.neighbour_lists.set_covered(list, false);
+                }
+            }
+            for &Listed { index: cell, image } in after {
+                if let Some(list) = list_of(&self.lists, cell) {
+                    let listed = Listed {
+                        index: index as u32,
+                        image,
+                    };
+                    self.state.multi_cell.covered.enter(list, listed);
+                    self.state.neighbour_lists.set_covered(list, true);
+                }
+            }
+            let entered = cells_entered(before.clone(), after);
+            let entered = entered.filter_map(|cell| list_of(&self.lists, cell));
+            let mut bodies: Vec<u32> = entered
+                .flat_map(|list| self.state.bodies_in(list))
+                .collect();
+            bodies.sort_unstable();
+            bodies.dedup();
+            for body in bodies {
+                self.predict_at_start(kernel, job, body, now, outcome);
+            }
+        }
+    }
+
+    /// Predicts a body anew at the start of the window, `now`.
+    #[inline(always)]
+    fn predict_at_start<D: Detection, R: Response, K: Kernel>(
+        &mut self,
+        kernel: K,
+        job: &WindowJob<'_, D, R>,
+        body: u32,
+        now: f64,
+        outcome: &mut TileOutcome,
+    ) {
+        let window = *self.state.neighbour_lists.frame();
+        let state = &mut self.state;
+        let time = state.predict(kernel, job.world, job.detection, body, now);
+        let record = &state.records[body as usize];
+        let (kind, cell) = (record.kind(), record.cell());
+        let is_own = self.places.ring(&window, cell) == 0;
+        outcome.is_found_late |= is_own & (time == now) & kind.is_contact();
+        let last_contact = self.last_contacts.get(body as usize).copied();
+        let change = || BorderChange::new(state, body, now, last_contact);
+        outcome.border.note(&self.places, &window, cell, change);
+    }
+
     /// The contact of a pair of bodies, which it names by their indices in the workspace.
     #[inline(always)]
     fn run_contact<D: Detection, R: Response, K: Kernel>(
@@ -669,16 +769,21 @@ impl Workspace {
                 image: [across, up],
                 parts,
             };
-            let encounter = self.encounter(&contact, pair, [is_own[1], is_own[0]]);
+            let encounter = self.encounter(job.world, &contact, pair, [is_own[1], is_own[0]]);
             let resolved = job.rules.resolve(&encounter);
             outcome.needs_order |=
                 (is_own[0] | is_own[1]) && (resolved.is_unresolved || resolved.points > 1);
             if counts {
-                outcome.add(&task.span, past, &Impact::new(&encounter, &resolved));
+                let impact = Impact::new(job.world, &encounter, &resolved);
+                outcome.add(&task.span, past, &impact);
                 outcome.add_resolved(job, &encounter, &resolved);
             }
+            let mut onwards = resolved.onwards;
+            if job.world.accelerates() {
+                onwards = [0, 1].map(|n| job.world.in_own_frame(indices[n], &onwards[n]));
+            }
             self.state
-                .motions_changed(kernel, job.world, job.detection, pair, resolved.onwards);
+                .motions_changed(kernel, job.world, job.detection, pair, onwards);
         }
         if counts && task.span.logs_motions {
             outcome
@@ -704,11 +809,15 @@ impl Workspace {
     #[inline(never)]
     fn encounter(
         &mut self,
+        world: &World,
         contact: &ContactEvent,
         pair: [u32; 2],
         with_own: [bool; 2],
     ) -> ContactPair {
-        let before = pair.map(|body| self.state.motion(body).at(contact.time));
+        let before = [0, 1].map(|n| {
+            let motion = self.state.motion(pair[n]);
+            world.motion_at(contact.bodies[n], &motion, contact.time)
+        });
         let last_contacts = (!self.last_contacts.is_empty()).then(|| {
             [0, 1].map(|n| {
                 let last = &mut self.last_contacts[pair[n] as usize];
@@ -773,6 +882,12 @@ impl Workspace {
     }
 }
 
+/// The list of a cell among those of a workspace ([`Workspace::lists`]), if it is there.
+fn list_of(lists: &[(u32, u32)], cell: u32) -> Option<u32> {
+    let place = lists.binary_search_by_key(&cell, |&(cell, _)| cell);
+    place.ok().map(|place| lists[place].1)
+}
+
 /// Whether a body that crosses from a cell into the next also crosses the border of the box.
 #[inline(always)]
 fn is_across_border(from: [u16; 2], to: [u16; 2]) -> bool {
@@ -784,7 +899,7 @@ fn is_across_border(from: [u16; 2], to: [u16; 2]) -> bool {
 struct Impact {
     time: f64,
     bodies: [u32; 2],
-    /// Positions of the two, and velocities after it.
+    /// Positions of the two in the frame in which they fly uniformly, and velocities after it.
     places: [DVec2; 2],
     after: [DVec2; 2],
     /// Magnitude of the faster angular velocity after it (1/time).
@@ -793,13 +908,16 @@ struct Impact {
 }
 
 impl Impact {
-    fn new(encounter: &ContactPair, resolved: &Resolved) -> Self {
+    fn new(world: &World, encounter: &ContactPair, resolved: &Resolved) -> Self {
         let ContactEvent { time, bodies, .. } = encounter.contact;
         let after = &resolved.after;
         Self {
             time,
             bodies,
-            places: encounter.before.map(|motion| motion.position),
+            places: [0, 1].map(|n| {
+                let before = world.in_own_frame(bodies[n], &encounter.before[n]);
+                before.position
+            }),
             after: [after[0].velocity, after[1].velocity],
             spin: after[0]
                 .angular_velocity

@@ -89,6 +89,48 @@ pub(super) fn scenes() -> Vec<(&'static str, Scene, f64)> {
         0.2,
         &format!("{walls}{discs}{guarded}"),
     );
+    let squeezing = "
+        [[wall]]
+        x = 0.2
+        motion = { velocity = [0.5, 0.0] }
+        [[wall]]
+        x = 0.9
+        motion = { velocity = [-0.5, 0.0] }
+        [[wall]]
+        from = [0.45, 0.1]
+        to = [0.6, 0.1]
+        radius = 0.002
+        motion = { turn = 12.0 }
+    ";
+    let shaking = "
+        [[wall]]
+        y = 0.5
+        motion = { amplitude = [0.0, 0.02], frequency = 40.0, phase = 0.3 }
+        [[wall]]
+        from = [0.2, 0.1]
+        to = [0.3, 0.3]
+        motion = { times = [0.0, 0.03, 0.06], places = [[0.0, 0.0], [0.02, 0.0], [0.0, 0.0]], repeat = true }
+    ";
+    add(
+        "discs between walls that move",
+        0.1,
+        &format!("{squeezing}{discs}"),
+    );
+    add(
+        "dumbbells between walls that move",
+        0.1,
+        &format!("{squeezing}{dumbbells}"),
+    );
+    add(
+        "discs between walls that shake",
+        0.1,
+        &format!("{shaking}{discs}"),
+    );
+    add(
+        "dumbbells that lose energy between walls that shake",
+        0.1,
+        &format!("{shaking}{dumbbells}{guarded}"),
+    );
     let bumper = |place: usize| {
         let (column, row) = (place % 20, place / 20);
         // Radii from half that of the gas to two and a half times it.
@@ -96,6 +138,68 @@ pub(super) fn scenes() -> Vec<(&'static str, Scene, f64)> {
         let [x, y] = [column, row].map(|number| 0.05 * number as f64 + 0.013);
         format!("[[bumper]]\nat = [{x}, {y}]\nradius = {radius}\n")
     };
+    let bed = "
+        [gravity]
+        acceleration = [0.5, -4.0]
+        [[wall]]
+        y = 0.01
+        [[wall]]
+        x = 0.99
+    ";
+    add("discs that fall on walls", 0.1, &format!("{bed}{discs}"));
+    add(
+        "dumbbells that fall on walls, and lose energy",
+        0.1,
+        &format!("{bed}{shaking}{dumbbells}{guarded}"),
+    );
+    let pair_rules = "
+        [[transparent]]
+        between = [\"small\"]
+        [[diameter]]
+        between = [\"small\", \"large\"]
+        factor = 1.2
+    ";
+    let two_tags = "
+        [[gas]]
+        tags = [\"small\"]
+        radius = 0.003
+        mass = 0.5
+        energy = 1.0
+        count = 3000
+        [[gas]]
+        tags = [\"large\"]
+        radius = 0.005
+        mass = 1.0
+        energy = 1.0
+        count = 2500
+    ";
+    let sieve = "
+        [[transparent]]
+        between = [\"small\", \"sieve\"]
+        [[wall]]
+        x = 0.4
+        tags = [\"sieve\"]
+    ";
+    add(
+        "discs of two tags with rules for pairs",
+        0.4,
+        &format!("{pair_rules}{two_tags}"),
+    );
+    add(
+        "discs with rules for pairs between walls that one tag passes",
+        0.4,
+        &format!("{pair_rules}{sieve}{walls}{two_tags}"),
+    );
+    let seeing_dumbbells = dumbbells.replace("[[gas]]", "[[gas]]\ntags = [\"small\"]");
+    add(
+        "dumbbells and discs that do not see each other",
+        0.1,
+        &format!(
+            "{}{}{seeing_dumbbells}",
+            "[[transparent]]\nbetween = [\"small\", \"large\"]\n",
+            "[[gas]]\ntags = [\"large\"]\nradius = 0.004\nmass = 1.0\nenergy = 1.0\ncount = 1500\n"
+        ),
+    );
     let bumpers: String = (0..400).map(bumper).collect();
     let fixed = "
         [[molecule]]
@@ -311,11 +415,11 @@ fn what_tiles_cannot_run_is_refused_by_name() {
     let large =
         "[[molecule]]\nshape = \"tee\"\natom_radius = 0.03\natom_mass = 1.0\nat = [0.5, 0.5]\n";
     let warm = "[[wall]]\nx = 0.0\ntemperature = 1.0\n";
-    let ideal = "[[transparent]]\nbetween = [\"a\"]\n";
+    let sticky = "[[well]]\nbetween = [\"a\"]\nsteps = [[1.5, 1.0]]\n";
     let cases = [
         (large, TileUse::LargeBodies),
         (warm, TileUse::ThermalWalls),
-        (ideal, TileUse::PairRules),
+        (sticky, TileUse::Wells),
     ];
     for (other, expected) in cases {
         let scene = Scene::from_toml(&format!("{other}{gas}")).unwrap();
