@@ -70,6 +70,11 @@ mod wall_energy;
 mod wall_pressure;
 mod wells;
 
+use std::{
+    sync::{Mutex, PoisonError},
+    thread,
+};
+
 use anyhow::Result;
 use carom::{
     CollisionReport, Observer, Scene, View,
@@ -166,8 +171,16 @@ const ALWAYS: [&MeasureKind; 3] = [&energy::KIND, &overlap::KIND, &collision_rat
 /// error of the error exceeds 1/√(2 · 32) = 1/8, and runs end where it is small by chance.
 const MIN_BLOCKS: usize = 32;
 
+/// Fewest bodies whose samples are taken by several threads. Fewer: a thread takes longer to start
+/// than a sample.
+const MIN_BODIES_FOR_THREADS: usize = 10_000;
+
 /// The measures of a run: those of every run, then those of the scene in its order.
-pub struct Measures(Vec<Entry>);
+pub struct Measures {
+    list: Vec<Entry>,
+    /// Number of threads that take the samples of a large system.
+    threads: usize,
+}
 
 impl Measures {
     /// Starts the measures of a scene.
@@ -195,18 +208,28 @@ impl Measures {
         for request in requests.iter().filter(|request| !is_always(request)) {
             list.push(entry(request)?);
         }
-        Ok(Self(list))
+        Ok(Self::from_list(list))
+    }
+
+    fn from_list(list: Vec<Entry>) -> Self {
+        Self { list, threads: 1 }
+    }
+
+    /// Lets several threads take the samples of a large system, each those of some measures: a
+    /// result depends on its own measure alone, so their number changes no bit.
+    pub(crate) fn run_on(&mut self, threads: usize) {
+        self.threads = threads;
     }
 
     /// Their number.
     pub(crate) fn len(&self) -> usize {
-        self.0.len()
+        self.list.len()
     }
 
     /// Memory that the series of all measures take at the end of the run (bytes), in a checkpoint
     /// about as much; logs of contacts go to files.
     pub(crate) fn bytes_at_end(&self, run: &RunSpec) -> u64 {
-        self.0
+        self.list
             .iter()
             .map(|entry| entry.bytes_at_end(run))
             .fold(0, u64::saturating_add)
@@ -215,7 +238,7 @@ impl Measures {
     /// Memory that the sums of the blocks of all measures take at the end of the run (bytes), in a
     /// checkpoint about as much.
     pub(crate) fn bytes_of_blocks(&self, run: &RunSpec) -> u64 {
-        self.0.iter().map(|entry| entry.bytes_of_blocks(run)).sum()
+        self.list.iter().map(|entry| entry.bytes_of_blocks(run)).sum()
     }
 
     /// The size of each measure in a checkpoint (bytes).
@@ -223,14 +246,14 @@ impl Measures {
     /// # Errors
     /// A measure cannot be encoded.
     pub(crate) fn sizes(&self) -> Result<Vec<u64>> {
-        let saved = self.0.iter().map(|entry| entry.measure.save());
+        let saved = self.list.iter().map(|entry| entry.measure.save());
         saved.map(|bytes| Ok(bytes?.len() as u64)).collect()
     }
 
     /// Memory that the samples of past times take at the end of the run (bytes), from the growth of
     /// each measure by its first sample (bytes).
     pub(crate) fn bytes_of_lags(&self, first: &[u64], run: &RunSpec) -> u64 {
-        let entries = self.0.iter().zip(first);
+        let entries = self.list.iter().zip(first);
         entries
             .map(|(entry, &first)| entry.bytes_of_lags(first, run))
             .sum()
@@ -247,18 +270,18 @@ impl Measures {
 
     /// Checks for overlaps, if the run has times of their own for that.
     pub fn check(&mut self, view: &View<'_>) {
-        self.0.iter_mut().for_each(|entry| entry.check(view));
+        self.list.iter_mut().for_each(|entry| entry.check(view));
     }
 
     /// Ends the run: measures whose last sample is earlier receive this one.
     pub fn finish(&mut self, view: &View<'_>) {
-        self.0.iter_mut().for_each(|entry| entry.finish(view));
+        self.list.iter_mut().for_each(|entry| entry.finish(view));
     }
 
     /// Tables and figures of all measures.
     pub fn results(&self, scene: &Scene, hard_discs: &Result<HardDiscs, String>) -> Results {
         let mut all = Results::default();
-        self.0
+        self.list
             .iter()
             .for_each(|entry| all.absorb(entry.results(scene, hard_discs)));
         all
@@ -278,17 +301,17 @@ impl Measures {
 
     /// Whether the last sample completed a block of a measure: errors change only then.
     pub(crate) fn complete_a_block(&self) -> bool {
-        self.0.iter().any(Entry::completes_a_block)
+        self.list.iter().any(Entry::completes_a_block)
     }
 
     /// Whether all measures have enough blocks to judge errors.
     pub(crate) fn are_settled(&self) -> bool {
-        self.0.iter().all(|entry| entry.is_settled(MIN_BLOCKS))
+        self.list.iter().all(|entry| entry.is_settled(MIN_BLOCKS))
     }
 
     /// The names of all figures that have a standard error at the last sample.
     pub(crate) fn figures_with_errors(&self, scene: &Scene) -> Vec<String> {
-        let figures = self.0.iter().flat_map(|entry| entry.figures(scene));
+        let figures = self.list.iter().flat_map(|entry| entry.figures(scene));
         figures
             .filter(|figure| figure.standard_error.is_some())
             .map(|figure| figure.name)
@@ -309,7 +332,7 @@ impl Measures {
         scene: &Scene,
         view: &View<'_>,
     ) -> Result<()> {
-        if !self.0.iter().any(Entry::is_judged_now) {
+        if !self.list.iter().any(Entry::is_judged_now) {
             return Ok(());
         }
         let judged: Vec<Figure> = self
@@ -320,11 +343,11 @@ impl Measures {
             .collect();
         let is_forgotten = scene.start.from.is_some() || has_forgotten_its_start(view);
         if is_forgotten && carom_tables::are_stationary(&judged) == Some(true) {
-            self.0.iter_mut().for_each(Entry::settle);
+            self.list.iter_mut().for_each(Entry::settle);
             return Ok(());
         }
         let Self(fresh) = Self::new(scene, view)?;
-        for (entry, fresh) in self.0.iter_mut().zip(fresh) {
+        for (entry, fresh) in self.list.iter_mut().zip(fresh) {
             if entry.may_begin_anew() {
                 entry.start_anew(fresh, view);
             }
@@ -334,7 +357,7 @@ impl Measures {
 
     /// Values of the last interval, by short names, from the measures that have them.
     pub(crate) fn present(&self) -> Vec<(&'static str, Option<f64>)> {
-        self.0
+        self.list
             .iter()
             .flat_map(|entry| entry.measure.present())
             .collect()
@@ -342,7 +365,7 @@ impl Measures {
 
     /// The time from which on the run is measured; `None` if nothing has been measured.
     pub(crate) fn measured_from(&self) -> Option<f64> {
-        self.0.iter().find_map(Entry::measured_from)
+        self.list.iter().find_map(Entry::measured_from)
     }
 
     /// Writes the last sample to the files that grow with the run.
@@ -350,7 +373,7 @@ impl Measures {
     /// # Errors
     /// A file cannot be written.
     pub fn append(&mut self, files: &mut AppendFiles) -> Result<()> {
-        let asked = self.0.iter_mut().filter(|entry| entry.head.is_asked);
+        let asked = self.list.iter_mut().filter(|entry| entry.head.is_asked);
         asked
             .into_iter()
             .try_for_each(|entry| entry.measure.append(files, &entry.head.label))
@@ -432,29 +455,51 @@ fn print_parameters(parameters: &[Parameter]) {
 
 impl Observer for Measures {
     fn watches_any(&self) -> bool {
-        self.0.iter().any(Observer::watches_any)
+        self.list.iter().any(Observer::watches_any)
     }
 
     fn watches(&self, bodies: [&Body; 2]) -> bool {
-        self.0.iter().any(|entry| entry.watches(bodies))
+        self.list.iter().any(|entry| entry.watches(bodies))
     }
 
     fn start(&mut self, view: &View<'_>) {
-        self.0.iter_mut().for_each(|entry| entry.start(view));
+        self.list.iter_mut().for_each(|entry| entry.start(view));
     }
 
     fn pause(&mut self, view: &View<'_>) {
-        self.0.iter_mut().for_each(|entry| entry.pause(view));
+        self.list.iter_mut().for_each(|entry| entry.pause(view));
     }
 
     fn collision(&mut self, report: &CollisionReport<'_>) {
         let bodies = report.sides.each_ref().map(|side| side.body);
-        let watching = self.0.iter_mut().filter(|entry| entry.watches(bodies));
+        let watching = self.list.iter_mut().filter(|entry| entry.watches(bodies));
         watching.for_each(|entry| entry.collision(report));
     }
 
     fn sample(&mut self, view: &View<'_>) {
-        self.0.iter_mut().for_each(|entry| entry.sample(view));
+        let threads = self.threads.min(self.list.len());
+        if threads < 2 || view.bodies().len() < MIN_BODIES_FOR_THREADS {
+            return self.list.iter_mut().for_each(|entry| entry.sample(view));
+        }
+        let entries = Mutex::new(self.list.iter_mut());
+        let next = || {
+            entries
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .next()
+        };
+        let work = || {
+            while let Some(entry) = next() {
+                entry.sample(view);
+            }
+        };
+        thread::scope(|scope| {
+            for _ in 1..threads {
+                // If the system has no more threads, the others take all samples.
+                let _ = thread::Builder::new().spawn_scoped(scope, work);
+            }
+            work();
+        });
     }
 }
 
@@ -479,7 +524,7 @@ impl<'de> Deserialize<'de> for Measures {
             .map(|(head, bytes)| Entry::resume(head, &bytes));
         restored
             .collect::<Result<_>>()
-            .map(Self)
+            .map(Self::from_list)
             .map_err(D::Error::custom)
     }
 }

@@ -190,6 +190,29 @@ fn measured(text: &str) -> (Results, Result<HardDiscs, String>) {
     (measures.results(&scene, &gas), gas)
 }
 
+#[test]
+fn threads_take_the_samples_of_a_large_system_with_the_same_bits() {
+    let scene = Scene::from_toml(
+        "[box]\nseed = 5\n[[gas]]\nradius = 0.002\nmass = 1.0\nenergy = 1.0\ncount = 12000\ntags = [\"gas\"]\n\
+         [run]\nuntil = 0.002\nsample_interval = 0.001\n\
+         observe = [\"pressure\", \"correlation:gas\", \"pair-distribution:gas\", \"velocities:gas\"]\n",
+    )
+    .unwrap();
+    let encoded = |threads| {
+        let mut simulation = AnySimulation::new(&scene).unwrap();
+        let mut measures = Measures::new(&scene, &simulation.view()).unwrap();
+        measures.run_on(threads);
+        simulation
+            .sample_every(0.001, 0.002, &mut measures)
+            .unwrap();
+        encode(&measures).unwrap()
+    };
+    let expected = encoded(1);
+    for threads in [2, 16] {
+        assert!(encoded(threads) == expected, "{threads} threads");
+    }
+}
+
 /// The bytes that each measure declares for a sample are those by which a checkpoint grows, apart
 /// from small integers and absent values, which are shorter there.
 #[test]

@@ -142,6 +142,7 @@ pub fn simulate(
         }
         Start::Anew => first_steps(task, start()?, run)?,
     };
+    going.observers.run_on(task.threads);
     progress.skip(going.simulation.time().to_f64());
     let error = steps::proceed(&mut going, task, scene, Output::Files, &progress).err();
     drop(progress);
