@@ -39,6 +39,8 @@ pub struct AxisState {
     pub acceleration: f64,
     /// Its spring, if it has one.
     pub spring: Option<PistonSpring>,
+    /// When it has last left a stop that is not elastic.
+    pub last_stop: Option<EpochTime>,
 }
 
 impl PistonSpring {

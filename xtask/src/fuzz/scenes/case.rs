@@ -376,6 +376,7 @@ impl Variants<'_> {
             with(|piston| piston.relaxed_at = None);
             with(|piston| piston.velocity = 0.0);
             with(|piston| piston.radius = 0.0);
+            with(|piston| piston.stop_elasticity = 1.0);
             with(|piston| piston.tags.clear());
             with(|piston| {
                 let numbers = [&mut piston.mass, &mut piston.force, &mut piston.velocity];

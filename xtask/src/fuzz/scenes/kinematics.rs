@@ -46,6 +46,8 @@ pub struct BodyState {
     pub stops: Option<PistonStops>,
     /// The spring of a piston.
     pub spring: Option<PistonSpring>,
+    /// When a piston has last left a stop that is not elastic.
+    pub last_stop: Option<EpochTime>,
 }
 
 /// Placement of a body at one time.
@@ -171,6 +173,7 @@ impl BodyState {
             table: None,
             stops: None,
             spring: None,
+            last_stop: None,
         }
     }
 
@@ -322,6 +325,7 @@ impl BodyState {
             velocity: self.velocity[axis],
             acceleration: self.gravity[axis],
             spring: self.spring,
+            last_stop: self.last_stop,
         };
         Some((stops, state))
     }
@@ -335,6 +339,7 @@ impl BodyState {
         after.time = flight.state.time;
         after.place[stops.axis] = flight.state.place;
         after.velocity[stops.axis] = flight.state.velocity;
+        after.last_stop = flight.state.last_stop;
         Some((after, flight))
     }
 
@@ -861,6 +866,7 @@ mod tests {
             table: None,
             stops: None,
             spring: None,
+            last_stop: None,
         };
         let later = state.at(
             EpochTime::from(1e12).new_epoch(1e6).after(0.125),
@@ -884,6 +890,7 @@ mod tests {
             table: None,
             stops: None,
             spring: None,
+            last_stop: None,
         };
         for decay in [1e-9, 1e-3, 0.3, 2.0, 9.0f64] {
             let state = state(0.5 * decay);

@@ -180,6 +180,10 @@ impl Watcher {
             let [fallen, error] = self.fall(before, state.time);
             self.fallen += fallen;
             self.fallen_error += error;
+            // The speed at a stop is off by what the work on the way there is off.
+            self.lost += before.mass * flight.lost;
+            self.work_error += error;
+            self.entries += f64::from(flight.count);
             self.report
                 .count("reflections at stops", flight.count.into());
             if let Some(piston) = self.bodies.get_mut(&key) {

@@ -79,8 +79,11 @@ impl PistonRoom<'_> {
             // Springs are added when the duration of the case is drawn.
             spring: 0.0,
             relaxed_at: None,
-            // The reflections of `PistonStops` lose no energy.
-            stop_elasticity: 1.0,
+            stop_elasticity: if draw.happens(0.5) {
+                1.0
+            } else {
+                draw.between(0.05, 1.0)
+            },
         })
     }
 

@@ -105,11 +105,19 @@ impl Watcher {
             let off = self.table_time_error(body) + 2.0 * f64::EPSILON * time.offset().abs();
             others.extend([-off, off].map(|off| table.velocity(time.after(off))));
         }
-        if let Some(PistonStops { axis, ends }) = state.stops {
+        if let Some(PistonStops {
+            axis,
+            ends,
+            elasticity,
+            ..
+        }) = state.stops
+        {
             let place = state.at(time, self.sides).place[axis];
             let error = 2.0 * self.error(body, time);
             if ends.iter().any(|end| (place - end).abs() <= error) {
-                others.push(expected.map(|v| -v));
+                // Just before the stop, or just after it.
+                others
+                    .extend([elasticity, 1.0, 1.0 / elasticity].map(|e| expected.map(|v| -e * v)));
             }
         }
         let off = |velocity: &BodyPair| length(along(found.velocity, -1.0, *velocity));

@@ -1,5 +1,5 @@
-//! The stops of a piston, which reflect it without loss, computed from its acceleration and its
-//! spring alone.
+//! The stops of a piston, which reflect it with an elasticity and a guard against endless bounces,
+//! computed from its acceleration and its spring alone.
 
 use carom_kinematics::EpochTime;
 use carom_testkit::oracle::{DoubleDouble, Number as _};
@@ -16,6 +16,11 @@ pub struct PistonStops {
     pub axis: usize,
     /// The least and the largest place on it (length).
     pub ends: [f64; 2],
+    /// Elasticity of the stops.
+    pub elasticity: f64,
+    /// Contact time of the guard, the share of the way between the stops that is too short for
+    /// another loss.
+    pub contact_time: f64,
 }
 
 /// A flight between stops, up to its last reflection.
@@ -27,6 +32,8 @@ pub struct ReflectedFlight {
     pub count: u32,
     /// The lowest speed at a reflection (length per time); infinite without one.
     pub slowest: f64,
+    /// Energy lost at stops, over the mass (length² / time²).
+    pub lost: f64,
 }
 
 impl PistonStops {
@@ -36,6 +43,7 @@ impl PistonStops {
             state,
             count: 0,
             slowest: f64::INFINITY,
+            lost: 0.0,
         };
         let [low, high] = self.ends;
         while flight.count < MAX_REFLECTIONS {
@@ -52,11 +60,39 @@ impl PistonStops {
             // The sum of the offset and the wait would be rounded to that of the offset.
             state.time = state.time.new_epoch(0.0).new_epoch(wait);
             state.place = end;
-            state.velocity = if up < down { -speed } else { speed };
+            let after = self.speed_after(state, speed);
+            state.velocity = if up < down { -after } else { after };
+            if self.elasticity < 1.0 {
+                state.last_stop = Some(state.time);
+            }
             flight.count += 1;
-            flight.slowest = flight.slowest.min(speed);
+            flight.slowest = flight.slowest.min(speed).min(after);
+            flight.lost += 0.5 * (speed - after) * (speed + after);
         }
         flight
+    }
+
+    /// The speed with which a piston leaves the stop at its place that it has reached with this
+    /// speed (length per time).
+    ///
+    /// At the speed of arrival, a shorter way since the last stop than the share `contact_time` of
+    /// that between the stops loses nothing, and against a pressing force the piston leaves at
+    /// least fast enough to come back after a quarter of that share.
+    fn speed_after(&self, state: &AxisState, speed: f64) -> f64 {
+        if self.elasticity == 1.0 {
+            return speed;
+        }
+        let [low, high] = self.ends;
+        let way = self.contact_time * (high - low);
+        let is_soon = |last: EpochTime| duration(last, state.time).value() * speed < way;
+        let kept = if state.last_stop.is_some_and(is_soon) {
+            speed
+        } else {
+            self.elasticity * speed
+        };
+        let outwards = if state.place >= high { 1.0 } else { -1.0 };
+        let pressing = (outwards * state.acceleration_here()).max(0.0);
+        kept.max((0.5 * way * pressing).sqrt())
     }
 
     /// Displacement after a state until `time` (length).
@@ -98,6 +134,8 @@ mod tests {
     const STOPS: PistonStops = PistonStops {
         axis: 0,
         ends: [0.125, 0.625],
+        elasticity: 1.0,
+        contact_time: 1e-3,
     };
 
     fn piston(place: f64, velocity: f64, acceleration: f64) -> AxisState {
@@ -107,6 +145,7 @@ mod tests {
             velocity,
             acceleration,
             spring: None,
+            last_stop: None,
         }
     }
 
@@ -126,6 +165,34 @@ mod tests {
         }
         let flight = STOPS.flight(free, 3.0.into());
         assert_eq!((flight.count, flight.slowest), (3, 0.5));
+    }
+
+    #[test]
+    fn a_stop_of_half_the_elasticity_halves_the_speed() {
+        let stops = PistonStops {
+            elasticity: 0.5,
+            ..STOPS
+        };
+        // At the upper stop at 0.75, at the lower one at 2.75, each after twice the time.
+        let flight = stops.flight(piston(0.25, 0.5, 0.0), 3.0.into());
+        assert_eq!((flight.count, flight.state.velocity), (2, 0.125));
+        assert_eq!(flight.state.time.to_f64(), 2.75);
+        assert_eq!(flight.lost, 0.5 * (0.25 - 0.015625));
+    }
+
+    #[test]
+    fn a_pressed_piston_that_loses_energy_ends_in_short_bounces() {
+        let stops = PistonStops {
+            elasticity: 0.5,
+            ..STOPS
+        };
+        let pressed = piston(0.25, 0.0, -1.0);
+        let flight = stops.flight(pressed, 3.0.into());
+        // The least speed is that of bounces as high as a quarter of the guarded way.
+        let least = (0.5 * 1e-3 * 0.5f64).sqrt();
+        assert!(flight.count > 20 && flight.slowest >= least * (1.0 - 1e-12));
+        let height = 0.5 * flight.state.velocity * flight.state.velocity;
+        assert!(height <= 1e-3 * 0.5, "{height}");
     }
 
     #[test]
@@ -159,6 +226,7 @@ mod tests {
         let stops = PistonStops {
             axis: 0,
             ends: [0.2, 0.625],
+            ..STOPS
         };
         let half = 2.0 * PI / 9.0;
         for step in 0..200 {

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use carom::engine::{BodyKey, BodyView, PistonSpec, WallMotionSpec};
+use carom::engine::{BodyKey, BodyView, ElasticitySpec, PistonSpec, WallMotionSpec};
 use carom_kinematics::EpochTime;
 
 use super::{
@@ -30,6 +30,15 @@ pub(super) struct TrackedBody {
     pub(super) reflections: (f64, f64),
 }
 
+/// The contact time of the guard of stops, which have one also where contacts have none.
+pub(super) fn guard_of_stops(elasticity: &ElasticitySpec) -> f64 {
+    if elasticity.contact_time > 0.0 {
+        elasticity.contact_time
+    } else {
+        ElasticitySpec::default().contact_time
+    }
+}
+
 /// The properties of a piston.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct TrackedPiston {
@@ -46,7 +55,7 @@ pub(super) struct TrackedPiston {
 impl TrackedPiston {
     /// The piston of a description; its stops are those that the engine has found if it gives
     /// none, and its spring is relaxed where it begins unless another place is given.
-    pub(super) fn new(spec: &PistonSpec, found: [f64; 2]) -> Self {
+    pub(super) fn new(spec: &PistonSpec, found: [f64; 2], elasticity: &ElasticitySpec) -> Self {
         let relaxed_at = spec.relaxed_at.or(spec.x).or(spec.y);
         Self {
             mass: spec.mass,
@@ -54,6 +63,8 @@ impl TrackedPiston {
             stops: PistonStops {
                 axis: usize::from(spec.x.is_none()),
                 ends: spec.stops.unwrap_or(found),
+                elasticity: spec.stop_elasticity,
+                contact_time: guard_of_stops(elasticity),
             },
             spring: PistonSpring::new(spec.spring, spec.mass, relaxed_at.unwrap_or_default()),
         }

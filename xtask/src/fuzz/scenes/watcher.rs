@@ -11,8 +11,12 @@ use super::{
     kinematics::{BodyOutline, BodyPair, BodyState, Placed, along, dot, length},
     laws::SceneRules,
     oscillation::WallOscillation,
+    stops::PistonStops,
     table_path::TablePath,
-    tracked::{GivenMotion, KnownShell, TrackedBody, TrackedBond, TrackedPiston, outline_for},
+    tracked::{
+        GivenMotion, KnownShell, TrackedBody, TrackedBond, TrackedPiston, guard_of_stops,
+        outline_for,
+    },
 };
 use crate::fuzz::{random::FuzzDraw, subject::Report};
 
@@ -145,7 +149,7 @@ impl Watcher {
             let key = body.body.key();
             let stops = view.piston(key).map_or([0.0; 2], |(_, stops)| stops);
             watcher.check_start_of_piston(&body.motion, spec);
-            let tracked = TrackedPiston::new(spec, stops);
+            let tracked = TrackedPiston::new(spec, stops, &case.scene.elasticity);
             watcher.pistons.insert(key, tracked);
         }
         let given = walls().zip(&case.scene.wall).filter_map(|(body, spec)| {
@@ -241,6 +245,7 @@ impl Watcher {
                 piston,
                 reflections: (0.0, f64::INFINITY),
             };
+            tracked.state.last_stop = before.get(&key).and_then(|known| known.state.last_stop);
             tracked.state = self.state(&body.motion, view.time(), &tracked);
             if let Some(given) = given.get(&key) {
                 tracked.state.oscillation = WallOscillation::new(given.motion, view.time());
@@ -273,8 +278,12 @@ impl Watcher {
         };
         BodyState {
             gravity,
-            stops: body.piston.map(|piston| piston.stops),
+            stops: body.piston.map(|piston| PistonStops {
+                contact_time: guard_of_stops(&self.rules.elasticity),
+                ..piston.stops
+            }),
             spring: body.piston.and_then(|piston| piston.spring),
+            last_stop: body.state.last_stop,
             ..BodyState::new(motion, time, drag)
         }
     }

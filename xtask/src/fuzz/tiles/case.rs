@@ -19,6 +19,21 @@ pub enum Gas {
     TeesAndDiscs,
 }
 
+/// A rule for the pairs of the first gas, a, and the second one, b.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PairRule {
+    /// None.
+    #[default]
+    None,
+    /// They do not see each other.
+    Transparent,
+    /// They touch at a larger distance; only if all are discs.
+    Diameter,
+    /// The first gas does not see walls.
+    OpenWalls,
+}
+
 /// A run in tiles.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TilesCase {
@@ -34,6 +49,15 @@ pub struct TilesCase {
     pub elasticity: f64,
     /// Number of walls, at most three.
     pub walls: u32,
+    /// Speed with which they move, turn or oscillate (length per time).
+    #[serde(default)]
+    pub wall_speed: f64,
+    /// Acceleration towards the second wall, if there is one (length per time²).
+    #[serde(default)]
+    pub gravity: f64,
+    /// The rule for pairs.
+    #[serde(default)]
+    pub pair_rule: PairRule,
     /// Number of bumpers along a side of the box.
     pub bumpers: u32,
     /// Numbers of the division: see [`Tiling`].
@@ -111,6 +135,23 @@ impl TilesCase {
                 draw.between(0.6, 1.003)
             },
             walls: rarely(draw, 3),
+            wall_speed: if draw.happens(0.5) {
+                0.0
+            } else {
+                draw.scale(0.01, 3.0)
+            },
+            gravity: if draw.happens(0.7) {
+                0.0
+            } else {
+                draw.scale(0.1, 30.0)
+            },
+            pair_rule: draw.one_of(&[
+                PairRule::None,
+                PairRule::None,
+                PairRule::Transparent,
+                PairRule::Diameter,
+                PairRule::OpenWalls,
+            ]),
             bumpers: rarely(draw, 12),
             threads: draw.integer(1, 3) as u32,
             side: draw.integer(8, 30) as u32,
@@ -156,6 +197,18 @@ impl TilesCase {
             },
             Self {
                 walls: half(self.walls),
+                ..self.clone()
+            },
+            Self {
+                wall_speed: 0.0,
+                ..self.clone()
+            },
+            Self {
+                gravity: 0.0,
+                ..self.clone()
+            },
+            Self {
+                pair_rule: PairRule::None,
                 ..self.clone()
             },
             Self {
@@ -243,7 +296,7 @@ impl TilesCase {
             ..
         } = self;
         let radius = self.radius();
-        let gas = |shape: &str, size: f64, share: f64, mass: f64| {
+        let gas = |tag: &str, shape: &str, size: f64, share: f64, mass: f64| {
             let shape = if shape.is_empty() {
                 format!("radius = {}\nmass = {mass:?}", radius * size)
             } else {
@@ -253,25 +306,18 @@ impl TilesCase {
                 )
             };
             format!(
-                "[[gas]]\n{shape}\nenergy = 1.0\narea_fraction = {:?}\n",
+                "[[gas]]\ntags = [\"{tag}\"]\n{shape}\nenergy = 1.0\narea_fraction = {:?}\n",
                 share * area_fraction
             )
         };
         let gases = match self.gas {
-            Gas::Discs => gas("", 1.0, 1.0, 1.0),
-            Gas::Mixture => gas("", 1.0, 0.6, 1.0) + &gas("", 0.7, 0.4, 0.2),
-            Gas::Dumbbells => gas("dumbbell", 0.7, 1.0, 0.5),
-            Gas::TeesAndDiscs => gas("tee", 0.5, 0.7, 0.3) + &gas("", 0.5, 0.1, 1.0),
+            Gas::Discs => gas("a", "", 1.0, 0.5, 1.0) + &gas("b", "", 1.0, 0.5, 1.0),
+            Gas::Mixture => gas("a", "", 1.0, 0.6, 1.0) + &gas("b", "", 0.7, 0.4, 0.2),
+            Gas::Dumbbells => gas("a", "dumbbell", 0.7, 1.0, 0.5),
+            Gas::TeesAndDiscs => gas("a", "tee", 0.5, 0.7, 0.3) + &gas("b", "", 0.5, 0.1, 1.0),
         };
-        let walls = [
-            "x = 0.0",
-            "y = 0.51",
-            "from = [0.2, 0.1]\nto = [0.9, 0.4]\nradius = 0.003",
-        ];
-        let walls = walls
-            .iter()
-            .take(self.walls as usize)
-            .map(|wall| format!("[[wall]]\n{wall}\n"));
+        let walls = self.walls();
+        let rules = self.gravity() + self.pair_rule();
         let places =
             (0..self.bumpers).flat_map(|row| (0..self.bumpers).map(move |column| [column, row]));
         let bumpers = places.map(|place| {
@@ -281,9 +327,67 @@ impl TilesCase {
                 radius * (0.5 + f64::from(place[0] % 4))
             )
         });
-        let solid: String = walls.chain(bumpers).collect();
+        let solid: String = walls.into_iter().chain(bumpers).collect();
         Scene::from_toml(&format!(
-            "[box]\nseed = {seed}\n[elasticity]\ndefault = {elasticity:?}\n{solid}{gases}"
+            "[box]\nseed = {seed}\n[elasticity]\ndefault = {elasticity:?}\n{rules}{solid}{gases}"
         ))
+    }
+
+    /// The walls: a line that moves to the right, one that oscillates by some diameters, and a
+    /// segment that turns.
+    fn walls(&self) -> Vec<String> {
+        let speed = self.wall_speed;
+        let amplitude = 4.0 * self.radius();
+        let walls = [
+            ("x = 0.0", format!("{{ velocity = [{speed:?}, 0.0] }}")),
+            (
+                "y = 0.51",
+                format!(
+                    "{{ amplitude = [0.0, {amplitude:?}], frequency = {:?} }}",
+                    speed / amplitude
+                ),
+            ),
+            (
+                "from = [0.2, 0.1]\nto = [0.9, 0.4]\nradius = 0.003",
+                format!("{{ turn = {:?} }}", speed / 0.38),
+            ),
+        ];
+        let walls = walls.iter().take(self.walls as usize);
+        walls
+            .map(|(place, motion)| {
+                let motion = if speed > 0.0 {
+                    format!("motion = {motion}\n")
+                } else {
+                    String::new()
+                };
+                format!("[[wall]]\ntags = [\"wall\"]\n{place}\n{motion}")
+            })
+            .collect()
+    }
+
+    /// The gravity, if there is a floor; larger distances of contact are refused beside bumpers that
+    /// move in the falling frame.
+    fn gravity(&self) -> String {
+        let is_refused = self.pair_rule == PairRule::Diameter && self.bumpers > 0;
+        if self.gravity == 0.0 || self.walls < 2 || is_refused {
+            return String::new();
+        }
+        format!("[gravity]\nacceleration = [0.0, {:?}]\n", -self.gravity)
+    }
+
+    /// The rule for pairs, if the bodies of the case carry its tags.
+    fn pair_rule(&self) -> &'static str {
+        let are_two = self.gas != Gas::Dumbbells;
+        let are_discs = matches!(self.gas, Gas::Discs | Gas::Mixture);
+        match self.pair_rule {
+            PairRule::Transparent if are_two => "[[transparent]]\nbetween = [\"a\", \"b\"]\n",
+            PairRule::Diameter if are_discs => {
+                "[[diameter]]\nbetween = [\"a\", \"b\"]\nfactor = 1.15\n"
+            }
+            PairRule::OpenWalls if self.walls > 0 => {
+                "[[transparent]]\nbetween = [\"a\", \"wall\"]\n"
+            }
+            PairRule::None | PairRule::Transparent | PairRule::Diameter | PairRule::OpenWalls => "",
+        }
     }
 }
