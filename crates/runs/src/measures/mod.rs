@@ -262,7 +262,7 @@ impl Measures {
     /// The measures that the scene asks for and that watch contacts, by name and label.
     pub(crate) fn watching(&self) -> Vec<String> {
         let watching = self
-            .0
+            .list
             .iter()
             .filter(|entry| entry.head.is_asked && entry.measure.watches_any());
         watching.map(Entry::name).collect()
@@ -291,7 +291,7 @@ impl Measures {
     /// enough blocks to judge its error.
     pub(crate) fn figure_of_whole_blocks(&self, name: &str, scene: &Scene) -> Option<Figure> {
         let figures = self
-            .0
+            .list
             .iter()
             .flat_map(|entry| entry.figures_of_whole_blocks(scene, MIN_BLOCKS));
         figures
@@ -336,7 +336,7 @@ impl Measures {
             return Ok(());
         }
         let judged: Vec<Figure> = self
-            .0
+            .list
             .iter()
             .filter(|entry| entry.may_begin_anew())
             .flat_map(|entry| entry.figures(scene))
@@ -346,7 +346,7 @@ impl Measures {
             self.list.iter_mut().for_each(Entry::settle);
             return Ok(());
         }
-        let Self(fresh) = Self::new(scene, view)?;
+        let fresh = Self::new(scene, view)?.list;
         for (entry, fresh) in self.list.iter_mut().zip(fresh) {
             if entry.may_begin_anew() {
                 entry.start_anew(fresh, view);
@@ -386,7 +386,7 @@ impl Measures {
     /// A file cannot be written.
     pub fn append_contacts(&mut self, files: &mut AppendFiles) -> Result<()> {
         let logs = self
-            .0
+            .list
             .iter_mut()
             .filter(|entry| entry.kind.span == Span::EveryContact);
         logs.into_iter()
@@ -507,7 +507,7 @@ impl Observer for Measures {
 impl Serialize for Measures {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let encoded = self
-            .0
+            .list
             .iter()
             .map(|entry| Ok((&entry.head, entry.measure.save()?)));
         let encoded: Vec<(&Head, Vec<u8>)> =

@@ -237,6 +237,7 @@ mod tests {
             velocity,
             acceleration,
             spring: PistonSpring::new(18.0, 2.0, relaxed_at),
+            last_stop: None,
         }
     }
 
@@ -250,6 +251,7 @@ mod tests {
             velocity: draw.one_of(&[0.0, 1.0, 1.0]) * velocity,
             acceleration,
             spring: PistonSpring::new(square, 1.0, draw.normal()),
+            last_stop: None,
         }
     }
 
@@ -361,6 +363,7 @@ mod tests {
             velocity: -0.5,
             acceleration: 0.75,
             spring: PistonSpring::new(stiffness, 1.0, 0.0),
+            last_stop: None,
         };
         let (soft, free) = (state(1e-24), state(0.0));
         let of_soft = soft.displacement(3.0.into()).value();

@@ -162,13 +162,13 @@ pub(super) fn scenes() -> Vec<(&'static str, Scene, f64)> {
     let two_tags = "
         [[gas]]
         tags = [\"small\"]
-        radius = 0.003
+        radius = 0.004
         mass = 0.5
         energy = 1.0
         count = 3000
         [[gas]]
         tags = [\"large\"]
-        radius = 0.005
+        radius = 0.006
         mass = 1.0
         energy = 1.0
         count = 2500
@@ -182,12 +182,12 @@ pub(super) fn scenes() -> Vec<(&'static str, Scene, f64)> {
     ";
     add(
         "discs of two tags with rules for pairs",
-        0.4,
+        0.12,
         &format!("{pair_rules}{two_tags}"),
     );
     add(
         "discs with rules for pairs between walls that one tag passes",
-        0.4,
+        0.12,
         &format!("{pair_rules}{sieve}{walls}{two_tags}"),
     );
     let seeing_dumbbells = dumbbells.replace("[[gas]]", "[[gas]]\ntags = [\"small\"]");
