@@ -84,6 +84,18 @@ pub const MIN_CONTACT_SHARE: f64 = 1e-13;
 /// larger one is most likely an error.
 const MAX_FIXED: f64 = 16.0;
 
+/// The largest number of cells along a side in which bodies whose centres are `reach` apart lie in
+/// adjacent cells (lengths).
+fn safe_count(side: f64, reach: f64) -> u32 {
+    if reach > 0.0 {
+        // The margin keeps the rounding of the quotient, and the bounding radii, which are rounded
+        // up, from refusing a cell that is exactly long enough.
+        (side / reach * (1.0 + 8.0 * f64::EPSILON)).min(f64::from(MAX_CELLS_PER_SIDE)) as u32
+    } else {
+        MAX_CELLS_PER_SIDE
+    }
+}
+
 impl Grid {
     /// Number of cells along each side.
     ///
@@ -91,46 +103,17 @@ impl Grid {
     /// [`GridError`] if the number asked for is not safe, or if the box is too small or too large
     /// for the bodies.
     pub fn counts_for(world: &World, cells: CellsPerSide) -> Result<[i32; 2], GridError> {
-        let sides = world.bounds().sides();
-        let side = sides.min_element();
         let (reach, bodies) = world.farthest_reaching().unwrap_or_default();
-        // The first of the pair is the largest body that moves.
-        let own = world.bodies().get(bodies[0]).filter(|body| body.is_free());
-        let own_image = own.map_or(0.0, |body| 2.0 * body.molecule().bounding_radius());
-        // A molecule of that diameter would always touch its own image. A pair may be exactly as
-        // long as the box.
-        if own_image >= side {
-            return Err(GridError::BoxTooSmall {
-                reach: own_image,
-                side,
-                bodies: [bodies[0]; 2],
-            });
-        }
         // Cells that shear are longer than two bodies reach.
-        let stretch = DVec2::new(world.stretch_of_cells(), 1.0);
-        if reach > (sides / stretch).min_element() {
-            return Err(GridError::BoxTooSmall {
-                reach,
-                side,
-                bodies,
-            });
-        }
+        let sides = world.bounds().sides();
+        let shortened = sides / DVec2::new(world.stretch_of_cells(), 1.0);
+        Self::refuse_small_box(world, shortened.min_element(), reach, bodies)?;
         for (index, body) in world.bodies().iter().enumerate() {
             Self::refuse_giant(body.reach(), index, world)?;
         }
         Self::refuse_large_box(world)?;
-        // The margin keeps the rounding of the quotient, and the bounding radii, which are rounded
-        // up, from refusing a cell that is exactly long enough.
-        let safe = |side: f64| {
-            if reach > 0.0 {
-                (side / reach * (1.0 + 8.0 * f64::EPSILON)).min(f64::from(MAX_CELLS_PER_SIDE))
-                    as u32
-            } else {
-                MAX_CELLS_PER_SIDE
-            }
-        };
-        let [across, up] = (sides / stretch).to_array();
-        let largest = safe(across.min(up)).max(1);
+        let [across, up] = shortened.to_array();
+        let largest = safe_count(across.min(up), reach).max(1);
         match cells {
             CellsPerSide::Given(cells) | CellsPerSide::Unchecked(cells)
                 if !(1..=MAX_CELLS_PER_SIDE).contains(&cells) =>
@@ -149,10 +132,44 @@ impl Grid {
                 // crossings.
                 let bodies = world.bodies().len().max(1) as f64;
                 let paying = (sides.x * sides.y / (1.5 * bodies)).sqrt();
-                let count = |side: f64| safe(side).min((side / paying).ceil() as u32).max(1) as i32;
+                let count = |side: f64| {
+                    let paying = (side / paying).ceil() as u32;
+                    safe_count(side, reach).min(paying).max(1) as i32
+                };
                 Ok([count(across), count(up)])
             }
         }
+    }
+
+    /// Refuses a box in which a molecule could touch its own image, or whose shorter side for cells
+    /// is below `reach`, the largest distance at which two `bodies` touch (lengths).
+    fn refuse_small_box(
+        world: &World,
+        for_cells: f64,
+        reach: f64,
+        bodies: [usize; 2],
+    ) -> Result<(), GridError> {
+        let side = world.bounds().sides().min_element();
+        // The first of the pair is the largest body that moves.
+        let own = world.bodies().get(bodies[0]).filter(|body| body.is_free());
+        let own_image = own.map_or(0.0, |body| 2.0 * body.molecule().bounding_radius());
+        // A molecule of that diameter would always touch its own image. A pair may be exactly as
+        // long as the box.
+        if own_image >= side {
+            return Err(GridError::BoxTooSmall {
+                reach: own_image,
+                side,
+                bodies: [bodies[0]; 2],
+            });
+        }
+        if reach > for_cells {
+            return Err(GridError::BoxTooSmall {
+                reach,
+                side,
+                bodies,
+            });
+        }
+        Ok(())
     }
 
     /// Refuses a body of this reach (length) that covers many images of the box. Where nothing

@@ -113,8 +113,8 @@ pub fn run(options: &LiveOptions) -> Result<Verdict> {
 fn remarks(saved: &Saved) -> Vec<String> {
     let measures = saved.measures_from.map(|from| {
         format!(
-            "The saved run measures anew, from t = {from} on; what measures of the page have found is in its \
-             folder, in {MEASURED}."
+            "The saved run measures from t = {from} on. What measures of the page have found is in its folder, in \
+             {MEASURED}: their series continue, and means and errors begin anew."
         )
     });
     let left_out = saved
@@ -211,7 +211,7 @@ mod tests {
         };
         let words = remarks(&saved(Some(2.5)));
         assert!(
-            words[0].contains("anew, from t = 2.5 on") && words[0].contains("measured-before"),
+            words[0].contains("measures from t = 2.5 on") && words[0].contains("measured-before"),
             "{words:?}"
         );
         assert_eq!(words[1], "Left out: run.stop: not used");

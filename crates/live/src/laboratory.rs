@@ -10,7 +10,7 @@ use carom::{
 };
 use carom_methods::Method;
 #[cfg(feature = "server")]
-use carom_runs::run::interactive::NamedFile;
+use carom_runs::run::interactive::MeasuredBefore;
 use carom_runs::{
     clock::{Instant, ThreadTime},
     interruption::Signals,
@@ -27,7 +27,7 @@ use crate::{
     frame::{self, FrameLabel},
     gallery,
     heating::Heating,
-    measured_files::measured_files,
+    measured_files::measured_before,
     pace::{FRAME, Pace},
     protocol::{
         LiveAnswer, LiveCommand, LiveEdit, LiveRequest, MAX_CONTACTS, MAX_EDITS, MeasureRequest,
@@ -399,9 +399,9 @@ impl<'a> OpenRun<'a> {
         self.0.state()
     }
 
-    /// Files of what was measured so far; none if they cannot be made.
-    pub fn measured(self) -> Vec<NamedFile> {
-        measured_files(&self.0.watching.measures, &self.0.run).unwrap_or_default()
+    /// What was measured so far; nothing if it cannot be encoded.
+    pub fn measured(self) -> MeasuredBefore {
+        measured_before(&self.0.watching.measures, &self.0.run).unwrap_or_default()
     }
 }
 
@@ -581,7 +581,7 @@ impl<S: RunStore> Laboratory<S> {
     fn save(&mut self) -> Result<Value> {
         let bench = self.bench.as_ref().context("no scene is open")?;
         let measures = &bench.watching.measures;
-        let measured = measured_files(measures, &bench.run)?;
+        let measured = measured_before(measures, &bench.run)?;
         let mut saved = self.store.save(&bench.run, &measured)?;
         // The saved run has the end of the epoch.
         saved["shown"] = bench.now().into();

@@ -6,7 +6,7 @@ use anyhow::Result;
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 use carom_runs::{
     interruption::Signals,
-    run::interactive::{InteractiveRun, MEASURED, NamedFile},
+    run::interactive::{InteractiveRun, MEASURED, MeasuredBefore},
 };
 use serde_json::{Value, json};
 
@@ -26,23 +26,18 @@ const FOLDER: &str = "run";
 struct Downloads;
 
 impl RunStore for Downloads {
-    fn save(&mut self, run: &InteractiveRun, measured: &[NamedFile]) -> Result<Value> {
-        let (saved, files) = run.files(Path::new(FOLDER))?;
-        let inner = format!("{FOLDER}/{MEASURED}");
-        let measured_files = measured
-            .iter()
-            .map(|(name, content)| (format!("{inner}/{name}"), content.clone()));
+    fn save(&mut self, run: &InteractiveRun, measured: &MeasuredBefore) -> Result<Value> {
+        let (saved, files) = run.files(Path::new(FOLDER), measured)?;
         let files: Vec<_> = files
             .into_iter()
             .map(|(name, content)| (format!("{FOLDER}/{name}"), content))
-            .chain(measured_files)
             .collect();
         Ok(json!({
             "time": saved.time,
             "command": saved.command,
             "measures_from": saved.measures_from,
             "left_out": saved.left_out,
-            "measured": (!measured.is_empty()).then_some(inner),
+            "measured": (!measured.is_empty()).then(|| format!("{FOLDER}/{MEASURED}")),
             "archive": STANDARD.encode(archive(&files)),
         }))
     }

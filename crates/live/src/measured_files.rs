@@ -1,12 +1,9 @@
-//! Files of what the measures of a page have found so far: tables, drawings, and the figures.
-
-use std::collections::HashSet;
+//! What the measures of a page have found so far, as a saved run has it.
 
 use anyhow::Result;
 use carom_runs::{
-    measures::file_name,
     output::csv_table,
-    run::interactive::{InteractiveRun, NamedFile},
+    run::interactive::{InteractiveRun, MeasuredBefore},
 };
 
 use crate::report::{MeasuredNow, rules_in_force};
@@ -28,38 +25,21 @@ const COLUMNS: [&str; 10] = [
     "samples",
 ];
 
-/// A CSV file of each table, the drawings, and a CSV file of all figures; without measures there is
-/// no file. Files that would share a name have the number of their measure in it.
+/// The results of each measure, and a CSV file of all figures; without measures there is no file.
 ///
 /// # Errors
-/// A table cannot be encoded.
-pub fn measured_files(measures: &[MeasuredNow], run: &InteractiveRun) -> Result<Vec<NamedFile>> {
+/// The figures cannot be encoded.
+pub fn measured_before(measures: &[MeasuredNow], run: &InteractiveRun) -> Result<MeasuredBefore> {
     if measures.is_empty() {
-        return Ok(Vec::new());
+        return Ok(MeasuredBefore::default());
     }
     let (rules, until) = (rules_in_force(run), run.view().time().to_f64());
-    let (mut files, mut rows) = (Vec::new(), Vec::new());
-    let mut names = HashSet::from([FIGURES.to_owned()]);
-    let mut unique = |name: String, id: u64| {
-        if names.insert(name.clone()) {
-            return name;
-        }
-        let name = format!("{id}-{name}");
-        names.insert(name.clone());
-        name
-    };
+    let (mut all, mut rows) = (Vec::new(), Vec::new());
     for measured in measures {
-        let results = measured.results(&rules, run);
-        for table in &results.tables {
-            let content = csv_table(&table.header(), table.rows())?;
-            files.push((unique(file_name(table), measured.id), content));
-        }
-        for drawing in results.drawings {
-            let name = unique(drawing.file, measured.id);
-            files.push((name, drawing.svg.into_bytes()));
-        }
+        let mut results = measured.results(&rules, run);
         let tracked = &measured.tracked;
-        rows.extend(results.figures.into_iter().map(|figure| {
+        let figures = std::mem::take(&mut results.figures);
+        rows.extend(figures.into_iter().map(|figure| {
             (
                 measured.name.clone(),
                 figure.name,
@@ -73,9 +53,13 @@ pub fn measured_files(measures: &[MeasuredNow], run: &InteractiveRun) -> Result<
                 tracked.samples(),
             )
         }));
+        all.push(results);
     }
-    files.push((FIGURES.to_owned(), csv_table(&COLUMNS, rows)?));
-    Ok(files)
+    let figures = (FIGURES.to_owned(), csv_table(&COLUMNS, rows)?);
+    Ok(MeasuredBefore {
+        results: all,
+        files: vec![figures],
+    })
 }
 
 #[cfg(test)]
@@ -83,6 +67,7 @@ mod tests {
     use super::*;
     use carom::{Scene, engine::MeasureSpec};
     use carom_runs::measures::{SingleMeasure, Tracked};
+    use std::path::Path;
 
     #[test]
     fn each_table_is_a_file_and_equal_names_have_the_number_of_their_measure() {
@@ -90,22 +75,22 @@ mod tests {
             "[[gas]]\ntags = [\"gas\"]\nradius = 0.02\nmass = 1.0\nenergy = 1.0\ncount = 100";
         let scene = Scene::from_toml(scene).unwrap();
         let mut run = InteractiveRun::new(&scene).unwrap();
+        let spec = || MeasureSpec {
+            kind: "temperature".to_owned(),
+            of: Some("gas".to_owned()),
+            ..MeasureSpec::default()
+        };
         let measured = |id: u64, run: &InteractiveRun| {
-            let spec = MeasureSpec {
-                kind: "temperature".to_owned(),
-                of: Some("gas".to_owned()),
-                ..MeasureSpec::default()
-            };
-            let measure = SingleMeasure::new(&spec, 0.1, &scene, &run.view()).unwrap();
+            let measure = SingleMeasure::new(&spec(), 0.1, &scene, &run.view()).unwrap();
             MeasuredNow {
                 id,
                 name: "temperature:gas".to_owned(),
-                spec,
+                spec: spec(),
                 begun: 0.0,
                 tracked: Tracked::new(measure, &run.view()),
             }
         };
-        assert!(measured_files(&[], &run).unwrap().is_empty());
+        assert!(measured_before(&[], &run).unwrap().is_empty());
         let mut measures = [measured(1, &run), measured(2, &run)];
         for _ in 0..20 {
             run.advance(measures[0].tracked.time(), &mut ()).unwrap();
@@ -113,20 +98,27 @@ mod tests {
                 each.tracked.sample(&run.view());
             }
         }
-        let files = measured_files(&measures, &run).unwrap();
-        let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
-        assert_eq!(
-            names,
-            [
-                "temperature-gas.csv",
-                "2-temperature-gas.csv",
-                "figures.csv"
-            ]
-        );
-        let text = |index: usize| String::from_utf8(files[index].1.clone()).unwrap();
-        assert_eq!(text(0), text(1));
-        assert_eq!(text(0).lines().count(), 1 + 21);
-        let figures = text(2);
+        run.set_watched(vec![(spec(), 0.1), (spec(), 0.1)]);
+        let measured = measured_before(&measures, &run).unwrap();
+        let (_, files) = run.files(Path::new("saved"), &measured).unwrap();
+        let inner: Vec<(&str, &[u8])> = files
+            .iter()
+            .filter_map(|(name, content)| {
+                Some((name.strip_prefix("measured-before/")?, content.as_slice()))
+            })
+            .collect();
+        let names: Vec<&str> = inner.iter().map(|(name, _)| *name).collect();
+        let expected = [
+            "figures.csv",
+            "temperature-gas.csv",
+            "2-temperature-gas.csv",
+            "series",
+        ];
+        assert_eq!(names, expected);
+        let text = |index: usize| String::from_utf8(inner[index].1.to_vec()).unwrap();
+        assert_eq!(text(1), text(2));
+        assert_eq!(text(1).lines().count(), 1 + 21);
+        let figures = text(0);
         assert!(figures.starts_with("measure,figure,value,standard_error,unit,"));
         assert!(
             figures.contains("temperature:gas,\"kT of the translation, gas\","),

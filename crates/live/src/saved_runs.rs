@@ -20,7 +20,7 @@ use std::{
 };
 
 use anyhow::{Context, Result, anyhow};
-use carom_runs::run::interactive::{InteractiveRun, MEASURED, NamedFile, Saved};
+use carom_runs::run::interactive::{InteractiveRun, MEASURED, MeasuredBefore, Saved};
 use serde_json::{Value, json};
 
 use crate::{
@@ -127,15 +127,15 @@ impl SavedRuns {
         Arc::clone(&self.reserve)
     }
 
-    /// Saves a run under the next free number, with files of what was measured so far; returns its
-    /// folder too.
+    /// Saves a run under the next free number, with what was measured so far; returns its folder
+    /// too.
     ///
     /// # Errors
     /// It cannot be written.
     pub fn save(
         &mut self,
         run: &InteractiveRun,
-        measured: &[NamedFile],
+        measured: &MeasuredBefore,
     ) -> Result<(PathBuf, Saved)> {
         let _room = self.reserve.release();
         let (number, path) =
@@ -148,13 +148,13 @@ impl SavedRuns {
     }
 
     /// Begins an automatic save in the background if one is due and the run has changed since the
-    /// last. It works on a copy: the run itself does not change. `measured` returns files of what
-    /// was measured so far.
+    /// last. It works on a copy: the run itself does not change. `measured` returns what was
+    /// measured so far.
     pub fn save_if_due(
         &mut self,
         run: &InteractiveRun,
         state: RunState,
-        measured: impl FnOnce() -> Vec<NamedFile>,
+        measured: impl FnOnce() -> MeasuredBefore,
     ) {
         let automatic = &mut self.automatic;
         automatic.take_written();
@@ -165,8 +165,8 @@ impl SavedRuns {
         automatic.start(run.clone(), measured(), state, Arc::clone(&self.reserve));
     }
 
-    /// Saves a run at the end of the session, with files of what was measured; the automatic saves
-    /// are then removed. Without a run, a folder that this program has created and not used is
+    /// Saves a run at the end of the session, with what was measured; the automatic saves are then
+    /// removed. Without a run, a folder that this program has created and not used is
     /// removed.
     ///
     /// # Errors
@@ -174,7 +174,7 @@ impl SavedRuns {
     pub fn end(
         &mut self,
         run: Option<&InteractiveRun>,
-        measured: &[NamedFile],
+        measured: &MeasuredBefore,
     ) -> Result<Option<Saved>> {
         let saved = run.map(|run| Ok(self.save(run, measured)?.1)).transpose();
         self.automatic.wait();
@@ -195,7 +195,7 @@ impl SavedRuns {
     pub fn rescue(&mut self, run: &InteractiveRun) -> anyhow::Error {
         let words = "the engine has ended by an internal error";
         // What is measured may be the cause.
-        let saved = self.save(run, &[]);
+        let saved = self.save(run, &MeasuredBefore::default());
         self.automatic.wait();
         match saved {
             Ok((_, Saved { time, command, .. })) => {
@@ -209,7 +209,7 @@ impl SavedRuns {
 }
 
 impl RunStore for SavedRuns {
-    fn save(&mut self, run: &InteractiveRun, measured: &[NamedFile]) -> Result<Value> {
+    fn save(&mut self, run: &InteractiveRun, measured: &MeasuredBefore) -> Result<Value> {
         let (path, saved) = Self::save(self, run, measured)?;
         let folder = path.join(MEASURED);
         Ok(json!({
@@ -240,7 +240,7 @@ impl Automatic {
     fn start(
         &mut self,
         run: InteractiveRun,
-        measured: Vec<NamedFile>,
+        measured: MeasuredBefore,
         state: RunState,
         reserve: Arc<Reserve>,
     ) {

@@ -110,6 +110,19 @@ fn a_downloaded_run_continues_in_a_folder() {
     run::run(&run.options).unwrap();
     let after = last_state(&folder.join(CHECKPOINT)).unwrap();
     assert!(after.is_end && after.state.time() > before.state.time());
+    // The series of the page comes first.
+    let series = fs::read_to_string(folder.join("temperature-gas.csv")).unwrap();
+    let times: Vec<f64> = series
+        .lines()
+        .skip(1)
+        .map(|row| row.split(',').next().unwrap().parse().unwrap())
+        .collect();
+    let begun = begun.as_f64().unwrap();
+    assert!(
+        (times[0] - begun).abs() <= 1e-14 * begun,
+        "{times:?} {begun}"
+    );
+    assert!(times.is_sorted() && times.last().unwrap() > &said);
 }
 
 #[test]

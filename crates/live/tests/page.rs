@@ -561,7 +561,7 @@ fn a_user_watches_edits_and_saves_a_gas() {
     // A saved run resumes to the bit.
     page.eval("press('save')");
     page.until("text('saved').includes('--resume') && text('saved').includes('measured-before')");
-    page.until("/^Saved at t = .*the page showed t = .*measures anew/.test(text('message'))");
+    page.until("/^Saved at t = .*the page showed t = .*the series of the page continue/.test(text('message'))");
     assert_eq!(page.faults, Vec::<String>::new());
     drop(page);
     signals.interrupt();

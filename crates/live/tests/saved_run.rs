@@ -13,10 +13,11 @@ use carom::{
 use carom_runs::{
     checkpoint_file,
     interruption::Signals,
+    measures::{Results, SingleMeasure, Tracked},
     resumable::{CHECKPOINT, last_state},
     run::{
         self,
-        interactive::{CallLimit, InteractiveRun, MEASURED},
+        interactive::{CallLimit, InteractiveRun, MEASURED, MeasuredBefore},
     },
 };
 use clap::Parser;
@@ -595,7 +596,10 @@ fn measures_begun_meanwhile_are_measured_by_the_saved_run() {
     ]);
     let root = tempfile::tempdir().unwrap();
     let path = root.path().join("1");
-    let measured = [("found.csv".to_owned(), b"x\n1\n".to_vec())];
+    let measured = MeasuredBefore {
+        files: vec![("found.csv".to_owned(), b"x\n1\n".to_vec())],
+        ..MeasuredBefore::default()
+    };
     let saved = run.save_with(&path, &measured).unwrap();
     assert_eq!(saved.left_out, Vec::<String>::new());
     assert_eq!(saved.measures_from, Some(saved.time));
@@ -628,7 +632,7 @@ fn measures_begun_meanwhile_are_measured_by_the_saved_run() {
     // The run that continues leaves alone what was measured before.
     end_of(&scene_file, &path, &["--resume"]);
     let before = path.join(MEASURED).join("found.csv");
-    assert_eq!(fs::read(before).unwrap(), measured[0].1);
+    assert_eq!(fs::read(before).unwrap(), measured.files[0].1);
     let rows = fs::read_to_string(path.join("temperature-hot.csv")).unwrap();
     let times: Vec<f64> = rows
         .lines()
@@ -636,6 +640,97 @@ fn measures_begun_meanwhile_are_measured_by_the_saved_run() {
         .map(|row| row.split(',').next().unwrap().parse().unwrap())
         .collect();
     assert!(times[0] >= saved.time && (times[1] - times[0] - 0.1).abs() < 1e-9);
+}
+
+/// The results of a measure that a program has taken with a sample every `interval` (time) from
+/// now to `until`.
+fn measured(run: &mut InteractiveRun, spec: &MeasureSpec, interval: f64, until: f64) -> Results {
+    let measure = SingleMeasure::new(spec, interval, run.scene(), &run.view()).unwrap();
+    let mut tracked = Tracked::new(measure, &run.view());
+    while tracked.time() <= EpochTime::from(until) {
+        let time = tracked.time();
+        assert!(run.advance(time, &mut tracked.measure).unwrap());
+        tracked.sample(&run.view());
+    }
+    carom_runs::merge::merged(&tracked.measure.record(run.scene(), &run.view(), None))
+}
+
+/// A column of a CSV file in a folder.
+fn column(folder: &Path, file: &str, name: &str) -> Vec<f64> {
+    let text = fs::read_to_string(folder.join(file)).unwrap();
+    let mut lines = text.lines();
+    let mut names = lines.next().unwrap().split(',');
+    let place = names.position(|found| found == name).unwrap();
+    let cell = |line: &str| line.split(',').nth(place).unwrap().parse().unwrap();
+    lines.map(cell).collect()
+}
+
+/// The series of a program have rows before and after the save in one file, whether the run writes
+/// it at its end or appends to it. Curves over the lag are those of the resumed run alone.
+#[test]
+fn series_continue_in_the_resumed_run() {
+    let text = SCENE.replace(
+        "observe = [\"energy\", \"temperature:hot\"]",
+        "observe = []",
+    );
+    let mut run = InteractiveRun::new(&Scene::from_toml(&text).unwrap()).unwrap();
+    run.advance(EpochTime::from(0.63), &mut ()).unwrap();
+    let spec = |kind: &str, of: Option<&str>| MeasureSpec {
+        kind: kind.to_owned(),
+        of: of.map(str::to_owned),
+        ..MeasureSpec::default()
+    };
+    let specs = [
+        spec("temperature", Some("hot")),
+        spec("pressure", None),
+        spec("energy", None),
+        spec("correlation", Some("hot")),
+    ];
+    let mut results = Vec::new();
+    let interval = 0.05;
+    for (spec, until) in specs.iter().zip([0.9, 1.2, 1.4, 1.5]) {
+        results.push(measured(&mut run, spec, interval, until));
+    }
+    let rows = |results: &Results| results.tables[0].rows().len();
+    let [of_temperature, of_pressure, of_energy] = [0, 1, 2].map(|place| rows(&results[place]));
+    assert!(of_temperature > 4 && of_pressure > 4 && of_energy > 3);
+    run.set_watched(specs.map(|spec| (spec, interval)).to_vec());
+    let root = tempfile::tempdir().unwrap();
+    let path = root.path().join("1");
+    let before = MeasuredBefore {
+        results,
+        files: Vec::new(),
+    };
+    let saved = run.save_with(&path, &before).unwrap();
+    let copy = root.path().join("copy.toml");
+    fs::copy(path.join("config.toml"), &copy).unwrap();
+    end_of(&path.join("config.toml"), &path, &["--resume"]);
+    for (file, earlier) in [
+        ("temperature-hot.csv", of_temperature),
+        ("pressure.csv", of_pressure),
+        ("energy.csv", of_energy),
+    ] {
+        let times = column(&path, file, "time");
+        let found = times.iter().filter(|time| **time <= saved.time).count();
+        assert_eq!(found, earlier, "{file}: {times:?}");
+        assert!(times.len() > earlier + 20 && times.is_sorted(), "{file}");
+        assert!(times[0] > 0.6 && times[0] < 1.3, "{file}: {times:?}");
+    }
+    assert!(column(&path, "correlation-hot.csv", "lag").is_sorted());
+    let page = fs::read_to_string(path.join("report.html")).unwrap();
+    assert!(page.contains("were measured before the run was saved"));
+    // After the save the values are those of a run throughout.
+    let throughout = root.path().join("throughout");
+    end_of(&copy, &throughout, &[]);
+    let last = |folder: &Path| {
+        let values = column(folder, "temperature-hot.csv", "translation");
+        values[values.len() - 20..].to_vec()
+    };
+    assert_eq!(last(&path), last(&throughout));
+    // A run from the beginning in this folder does not take rows that were measured before.
+    end_of(&copy, &path, &["--force"]);
+    let times = |folder: &Path| column(folder, "temperature-hot.csv", "time");
+    assert_eq!(times(&path), times(&throughout));
 }
 
 /// A measure of the scene that is also begun with another sample interval gets a name of its own.

@@ -7,7 +7,7 @@
 //! components of the velocity in the body's frame of each time. Intervals must be short against the
 //! time in which a body turns. In the frame of the box both mix: D = (D∥ + D⊥)/2 at long lags.
 
-use carom_engine::{Observer, View};
+use carom_engine::{CollisionReport, Observer, View};
 use carom_geometry::GeometryError;
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -22,9 +22,10 @@ use crate::{
 /// Mean squared displacements and velocity autocorrelations along and across the axes of bodies.
 ///
 /// Positions and velocities are relative to the centre of mass along each axis of the box on which
-/// momentum is conserved. Fixed bodies do not count, nor those without an axis: round bodies that
-/// nothing drives. After an edit at a sample call `start`, so that the frame moves on with its new
-/// velocity. Samples must be one spacing apart.
+/// momentum is conserved, and under shear to the flow: it must then receive all contacts. Fixed
+/// bodies do not count, nor those without an axis: round bodies that nothing drives. After an edit
+/// at a sample call `start`, so that the frame moves on with its new velocity. Samples must be one
+/// spacing apart.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -183,11 +184,15 @@ impl BodyFrameDiffusion {
 impl Observer for BodyFrameDiffusion {
     #[inline]
     fn watches_any(&self) -> bool {
-        false
+        self.frame.is_flowing()
     }
 
     fn start(&mut self, view: &View<'_>) {
         self.frame.follow(view);
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        self.frame.collide(report);
     }
 
     fn sample(&mut self, view: &View<'_>) {
@@ -205,7 +210,7 @@ impl Observer for BodyFrameDiffusion {
                 continue;
             };
             let id = body.body.id();
-            let place = body.unwrapped(&view.bounds()) - self.frame.displacement;
+            let place = self.frame.place(&body, &view.bounds());
             while before.next_if(|track| track.id < id).is_some() {}
             let earlier = before.next_if(|track| track.id == id);
             let sum = earlier.map_or(DVec2::ZERO, |track| {
@@ -218,7 +223,7 @@ impl Observer for BodyFrameDiffusion {
                 sum,
             });
             if self.group.contains(body.body) {
-                let velocity = resolved(body.motion.velocity - self.frame.velocity, axis);
+                let velocity = resolved(self.frame.relative(&body.motion), axis);
                 let state = State { sum, velocity };
                 now.push(LaggedSample { id, state });
             }
@@ -290,5 +295,35 @@ mod tests {
         let mut diffusion = BodyFrameDiffusion::new(Group::All, 1.0, 1.0).unwrap();
         diffusion.sample(&simulation.view());
         assert!(diffusion.points().is_empty());
+    }
+
+    /// Two rods that do not turn, with opposite velocities relative to a flow, each along itself at
+    /// first: along x they fall behind the flow into which they rise.
+    #[test]
+    fn displacements_of_rods_in_a_flow_are_relative_to_it() {
+        let rod = |at: [f64; 2], velocity: [f64; 2]| {
+            format!(
+                "[[molecule]]\nshape = \"rod:3\"\natom_radius = 0.01\natom_mass = 1.0\nat = {at:?}\n\
+                 velocity = {velocity:?}\n"
+            )
+        };
+        let rods = [rod([0.2, 0.6], [0.5, 0.25]), rod([0.7, 1.6], [-0.5, -0.25])].concat();
+        let text = format!("[box]\nsides = [8.0, 2.0]\nshear_rate = 0.8\n{rods}");
+        let mut simulation = Simulation::new(&Scene::from_toml(&text).unwrap()).unwrap();
+        let mut diffusion = BodyFrameDiffusion::new(Group::All, 1.0, 9.0).unwrap();
+        for sample in 0..=9 {
+            simulation
+                .observe_until(f64::from(sample), &mut diffusion)
+                .unwrap();
+            diffusion.sample(&simulation.view());
+        }
+        assert_eq!(simulation.view().counters().collisions, 0);
+        let points = diffusion.points();
+        let last = points.last().unwrap();
+        // 0.5 t − ½ γ v t² and v t at t = 9.
+        let (along, across) = (4.5 - 0.5 * 0.8 * 0.25 * 81.0, 2.25);
+        assert_eq!((last.lag, last.pairs), (9.0, 2));
+        assert!((last.along - along * along).abs() < 1e-10, "{last:?}");
+        assert!((last.across - across * across).abs() < 1e-10, "{last:?}");
     }
 }

@@ -155,14 +155,15 @@ impl Observer for BondOrderCorrelation {
     fn sample(&mut self, view: &View<'_>) {
         let members = self.group.molecules(view);
         let places: Vec<DVec2> = members.map(|view| view.motion.position).collect();
-        let is_same_box = view.bounds() == self.bounds;
+        let bounds = view.bounds();
+        let is_same_box = bounds.sides() == self.bounds.sides();
         let Some(orders) = orders(&places, view, self.rule).filter(|_| is_same_box) else {
             self.passed_over += 1;
             return;
         };
         self.squares[0] += orders.iter().map(|psi| psi.length_squared()).sum::<f64>();
         self.squares[1] += orders.len() as f64;
-        let cells = CellList::for_cutoff(&places, &self.bounds, self.cutoff);
+        let cells = CellList::for_cutoff(&places, &bounds, self.cutoff);
         cells.for_each_pair_within(self.cutoff, |[i, j], squared| {
             let distance = squared.sqrt();
             self.distances.add(distance);

@@ -12,7 +12,7 @@
 //! times the mean squared displacement, and so it is in a fluid at long lags, when neighbours at t₀
 //! have parted.
 
-use carom_engine::{BodyView, Observer, View};
+use carom_engine::{BodyView, CollisionReport, Observer, View};
 use carom_geometry::{GeometryError, PeriodicBox};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -68,9 +68,10 @@ impl Cage {
 /// Cages consist of all bodies, whatever their tags; fixed discs and molecules count, walls do not.
 /// The neighbours are those at the start of the lag; those that are removed later no longer count.
 /// A body without neighbours does not contribute. Places are those of the centres of mass without
-/// periodic jumps. After an edit at a sample call `start`, so that the frame moves on with its new
-/// velocity. Samples must be one spacing apart. A sample costs one search for neighbours, and about
-/// ten passes over all pairs of neighbours.
+/// periodic jumps, under shear relative to the flow: it must then receive all contacts. After an
+/// edit at a sample call `start`, so that the frame moves on with its new velocity. Samples must be
+/// one spacing apart. A sample costs one search for neighbours, and about ten passes over all pairs
+/// of neighbours.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -302,7 +303,8 @@ impl CageDisplacement {
             others.retain(|&other| is_member && other != index);
         }
         let (begins, neighbours) = joined(&found);
-        let place = |body: &BodyView<'_>| body.unwrapped(&self.bounds) - self.frame.displacement;
+        let bounds = view.bounds();
+        let place = |body: &BodyView<'_>| self.frame.place(body, &bounds);
         Some(Configuration {
             ids: bodies.iter().map(|body| body.body.id()).collect(),
             places: bodies.iter().map(place).collect(),
@@ -334,16 +336,20 @@ fn point(lag: f64, sums: &Displacements) -> CagePoint {
 impl Observer for CageDisplacement {
     #[inline]
     fn watches_any(&self) -> bool {
-        false
+        self.frame.is_flowing()
     }
 
     fn start(&mut self, view: &View<'_>) {
         self.frame.follow(view);
     }
 
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        self.frame.collide(report);
+    }
+
     fn sample(&mut self, view: &View<'_>) {
         self.frame.follow(view);
-        if view.bounds() != self.bounds {
+        if view.bounds().sides() != self.bounds.sides() {
             self.passed_over += 1;
             return;
         }
@@ -362,7 +368,7 @@ impl Observer for CageDisplacement {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_scenes::{MIXTURE, triangular_lattice};
+    use crate::test_scenes::{MIXTURE, moving_with_the_flow, triangular_lattice};
     use carom_engine::{Scene, Simulation};
 
     const SPACING: f64 = 0.1;
@@ -393,6 +399,33 @@ mod tests {
             "[box]\nsides = [{width:?}, 9.0]\n[[bumper]]\nradius = 0.01\nat = [0.7, 7.0]\n{discs}"
         );
         Scene::from_toml(&text).unwrap()
+    }
+
+    /// Discs that move with the flow, over several passages of the images.
+    #[test]
+    fn a_lattice_in_a_flow_does_not_move_relative_to_it() {
+        let site = |site: u32| DVec2::new(f64::from(site % 6), f64::from(site / 6)) + 0.2;
+        let places: Vec<DVec2> = (0..36).map(site).collect();
+        let scene = moving_with_the_flow([6.0; 2], &places);
+        let mut simulation = Simulation::new(&scene).unwrap();
+        let rules = [Cage::Within(1.2), Cage::Delaunay];
+        let mut cages = rules.map(|cage| cages_of(&simulation, Group::All, cage));
+        for sample in 0..=60 {
+            let time = SPACING * f64::from(sample);
+            for cages in &mut cages {
+                simulation.observe_until(time, cages).unwrap();
+                cages.sample(&simulation.view());
+            }
+        }
+        assert!(simulation.view().shear_rate() != 0.0);
+        for cages in cages {
+            assert_eq!((cages.passed_over(), cages.uneven()), (0, 0));
+            assert_eq!(cages.points().len(), 11);
+            for point in cages.points() {
+                assert!(point.cage_relative < 1e-20, "{point:?}");
+                assert!(point.mean_square_displacement < 1e-20, "{point:?}");
+            }
+        }
     }
 
     #[test]

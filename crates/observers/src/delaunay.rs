@@ -6,7 +6,8 @@
 //! their circumcircles lies within the region with images: then no image that was left out is in
 //! one. Otherwise the margin is doubled. A circle without a body has a radius of at most half the
 //! diagonal of the box, because the images of one body come that near to every point, so that a
-//! margin of one diagonal is enough.
+//! margin of one diagonal is enough. That holds in a tilted box too: the nearest row of images is
+//! at most Ly/2 away along y, and an image in it at most Lx/2 along x.
 
 use carom_geometry::PeriodicBox;
 use glam::DVec2;
@@ -14,6 +15,8 @@ use spade::{
     DelaunayTriangulation, HasPosition, Point2, Triangulation,
     handles::{DirectedEdgeHandle, FaceHandle, PossiblyOuterTag},
 };
+
+use crate::cell_list::folded;
 
 /// The first margin, in mean distances of the bodies.
 const FIRST_MARGIN: f64 = 5.0;
@@ -65,13 +68,14 @@ type Face<'a> = FaceHandle<'a, PossiblyOuterTag, Site, (), (), ()>;
 /// A body can be a neighbour of its own images, and more than once of another. `None` without
 /// bodies, and in a box so narrow that the images would be too many.
 pub(crate) fn bonds(places: &[DVec2], bounds: &PeriodicBox) -> Option<Vec<Vec<DelaunayBond>>> {
+    let bounds = folded(bounds).unwrap_or(bounds.tilted(0.0));
     let sides = bounds.sides();
     let spacing = (bounds.area() / places.len() as f64).sqrt();
     let scaled = sides / spacing;
     let largest = scaled.length() * (1.0 + 1e-6);
     let mut margin = FIRST_MARGIN.min(largest);
     loop {
-        let sites = sites(places, sides, spacing, margin)?;
+        let sites = sites(places, &bounds, spacing, margin)?;
         let triangulation = DelaunayTriangulation::<Site>::bulk_load(sites).ok()?;
         let is_largest = margin >= largest;
         let region = [DVec2::splat(-margin), scaled + margin];
@@ -84,7 +88,7 @@ pub(crate) fn bonds(places: &[DVec2], bounds: &PeriodicBox) -> Option<Vec<Vec<De
                 vertex.out_edges().all(|edge| {
                     let cell_edge = voronoi_edge(edge, (!is_largest).then_some(region));
                     cell_edge.is_some_and(|length| {
-                        bonds.extend(bond(edge, length, places, sides, spacing));
+                        bonds.extend(bond(edge, length, places, &bounds, spacing));
                         true
                     })
                 })
@@ -101,20 +105,24 @@ pub(crate) fn bonds(places: &[DVec2], bounds: &PeriodicBox) -> Option<Vec<Vec<De
 
 /// The bodies and their images up to a margin (mean distances); `None` if they are none or too
 /// many.
-fn sites(places: &[DVec2], sides: DVec2, spacing: f64, margin: f64) -> Option<Vec<Site>> {
-    let scaled = sides / spacing;
+fn sites(places: &[DVec2], bounds: &PeriodicBox, spacing: f64, margin: f64) -> Option<Vec<Site>> {
+    let scaled = bounds.sides() / spacing;
     let expected = places.len() as f64 * ((scaled + 2.0 * margin) / scaled).element_product();
     if places.is_empty() || expected > IMAGES_PER_BODY * places.len() as f64 + MORE_IMAGES {
         return None;
     }
-    let [columns, rows] = whole((margin / scaled).ceil());
+    let [mut columns, rows] = whole((margin / scaled).ceil());
+    if bounds.tilt() != 0.0 {
+        let tilt = f64::from(rows) * (bounds.tilt() / spacing).abs();
+        columns = ((margin + tilt) / scaled.x).ceil() as i32;
+    }
     let (low, high) = (DVec2::splat(-margin), scaled + margin);
     let mut sites = Vec::new();
     for row in -rows..=rows {
         for column in -columns..=columns {
             let image = [column, row];
             for (body, place) in places.iter().enumerate() {
-                let place = (*place + sides * shift(image)) / spacing;
+                let place = (*place + bounds.shift(image.map(i64::from))) / spacing;
                 let is_near = place.cmpge(low).all() && place.cmple(high).all();
                 if is_near || image == [0; 2] {
                     let place = place.map(|x| if x.abs() < MIN_COORDINATE { 0.0 } else { x });
@@ -154,12 +162,13 @@ fn bond(
     edge: Edge<'_>,
     length: f64,
     places: &[DVec2],
-    sides: DVec2,
+    bounds: &PeriodicBox,
     spacing: f64,
 ) -> Option<DelaunayBond> {
     let (from, to) = (edge.from(), edge.to());
     let (from, to) = (from.data(), to.data());
-    let displacement = places[to.body] - places[from.body] + sides * shift(to.image);
+    let shift = bounds.shift(to.image.map(i64::from));
+    let displacement = places[to.body] - places[from.body] + shift;
     let bond = DelaunayBond {
         other: to.body,
         displacement,
@@ -322,6 +331,62 @@ mod tests {
         // A box so narrow that the first margin holds too many images.
         let narrow = PeriodicBox::new(DVec2::new(1e12, 1.0)).unwrap();
         assert_eq!(bonds(&[DVec2::ZERO], &narrow), None);
+    }
+
+    /// A tilt by a whole number of lattice distances has the cells of the lattice, and random
+    /// bodies have bonds that are mutual, with cells that fill the box.
+    #[test]
+    fn the_cells_of_a_tilted_box_are_those_of_its_images() {
+        let square = PeriodicBox::new(DVec2::splat(8.0)).unwrap();
+        let lattice: Vec<DVec2> = (0..64)
+            .map(|k| DVec2::new(f64::from(k % 8), f64::from(k / 8)))
+            .collect();
+        for tilt in [3.0, -4.0, 13.0] {
+            for bonds in bonds(&lattice, &square.tilted(tilt)).unwrap() {
+                let has_length =
+                    |bond: &DelaunayBond| (bond.displacement.length() - 1.0).abs() < 1e-12;
+                assert!(bonds.len() == 4 && bonds.iter().all(has_length));
+            }
+        }
+        // Sheared by half a distance in each row, it is a lattice with six neighbours.
+        let skewed: Vec<DVec2> = lattice
+            .iter()
+            .map(|place| square.wrap(*place + DVec2::new(0.5 * place.y, 0.0)).0)
+            .collect();
+        let found = bonds(&skewed, &square.tilted(4.0)).unwrap();
+        for bonds in &found {
+            let mut lengths: Vec<f64> = bonds.iter().map(|b| b.displacement.length()).collect();
+            lengths.sort_by(f64::total_cmp);
+            let expected = [1.0, 1.0, 1.25_f64.sqrt(), 1.25_f64.sqrt()];
+            assert!(
+                lengths[..4]
+                    .iter()
+                    .zip(expected)
+                    .all(|(a, b)| (a - b).abs() < 1e-12)
+            );
+            assert_eq!(lengths.len(), 6);
+        }
+        for (count, sides, tilt) in [
+            (50, [1.0, 0.7], 0.4),
+            (5, [1.0, 0.2], -0.5),
+            (40, [0.1, 7.0], 0.03),
+            (1, [1.0, 1.0], 0.37),
+        ] {
+            let (places, bounds) = places(count, sides, 2);
+            let bonds = bonds(&places, &bounds.tilted(tilt)).unwrap();
+            let total: f64 = bonds.iter().map(|bonds| cell_area(bonds)).sum();
+            assert!((total / bounds.area() - 1.0).abs() < 1e-9, "{count} {tilt}");
+            assert_eq!(bonds.iter().map(Vec::len).sum::<usize>(), 6 * count);
+            for (index, of_one) in bonds.iter().enumerate() {
+                for bond in of_one {
+                    let is_back = |other: &DelaunayBond| {
+                        other.other == index
+                            && (other.displacement + bond.displacement).length() < 1e-12
+                    };
+                    assert!(bonds[bond.other].iter().any(is_back));
+                }
+            }
+        }
     }
 
     #[test]

@@ -261,7 +261,7 @@ pub(crate) fn power(z: DVec2, n: u32) -> DVec2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_scenes::{discs_at, random_points, triangular_lattice};
+    use crate::test_scenes::{discs_at, moving_with_the_flow, random_points, triangular_lattice};
     use carom_engine::{Scene, Simulation};
 
     fn order_of(sides: [f64; 2], places: impl Iterator<Item = [f64; 2]>) -> HexaticPoint {
@@ -281,6 +281,33 @@ mod tests {
             (point.local - 1.0).abs() < 1e-12 && (point.global - 1.0).abs() < 1e-12,
             "{point:?}"
         );
+    }
+
+    /// In a flow of the rate 0.5 the rows of a triangular lattice, 0.75^½ apart, are displaced by one
+    /// distance each at the time 2/0.75^½: it is a triangular lattice again, in a tilted box.
+    #[test]
+    fn a_triangular_lattice_in_a_flow_has_order_one_when_rows_fit_again() {
+        let (sides, places) = triangular_lattice(8, 10);
+        let mut simulation = Simulation::new(&moving_with_the_flow(sides, &places)).unwrap();
+        let rules = [
+            Neighbours::Nearest(6),
+            Neighbours::Delaunay,
+            Neighbours::Voronoi,
+        ];
+        let back = 2.0 / 0.75_f64.sqrt();
+        for (time, is_triangular) in [(0.0, true), (0.4 * back, false), (back, true)] {
+            simulation.run_until(time).unwrap();
+            for rule in rules {
+                let mut order = HexaticOrder::with_neighbours(Group::All, 6, rule);
+                order.sample(&simulation.view());
+                let HexaticPoint { local, global, .. } = order.series()[0];
+                let is_ordered = (local - 1.0).abs() < 1e-9 && (global - 1.0).abs() < 1e-9;
+                assert_eq!(
+                    is_ordered, is_triangular,
+                    "{time} {rule:?}: {local} {global}"
+                );
+            }
+        }
     }
 
     #[test]

@@ -77,7 +77,9 @@
 //! The statistical error follows from the scatter of blocks: [`Estimate`] of a mean, [`Isotropy`]
 //! of a histogram of directions.
 //!
-//! An observer that receives samples only costs nothing between the samples. Two functions write a
+//! An observer that receives samples only costs nothing between the samples; under shear those of
+//! displacements receive contacts too, from which they have the displacement by the flow. Two
+//! functions write a
 //! view of the system as text: [`write_extended_xyz`] and [`picture`]. A tuple of observers is an
 //! observer, as in the example.
 //!
@@ -116,6 +118,7 @@ mod extended_xyz;
 mod field_bins;
 mod fields;
 mod flight_log;
+mod flow_displacement;
 mod free_paths;
 mod friction;
 mod group;

@@ -262,9 +262,9 @@ impl OrientationalOrder {
     }
 
     /// Adds the pairs of one sample; returns [Σ local order, number of bodies with neighbours].
-    fn add_pairs(&mut self, places: &[DVec2], orders: &[DVec2]) -> [f64; 2] {
+    fn add_pairs(&mut self, places: &[DVec2], orders: &[DVec2], bounds: &PeriodicBox) -> [f64; 2] {
         let reach = self.near.max(self.far);
-        let cells = CellList::for_cutoff(places, &self.bounds, reach);
+        let cells = CellList::for_cutoff(places, bounds, reach);
         let mut near = vec![[0.0; 2]; places.len()];
         cells.for_each_pair_within(reach, |[i, j], squared| {
             let cosine = orders[i].dot(orders[j]);
@@ -303,13 +303,14 @@ impl Observer for OrientationalOrder {
                 });
             }
         }
-        if view.bounds() != self.bounds || places.is_empty() {
+        let bounds = view.bounds();
+        if bounds.sides() != self.bounds.sides() || places.is_empty() {
             self.passed_over += 1;
             return;
         }
         let orders: Vec<DVec2> = now.iter().map(|sample| sample.state).collect();
         let order = orders.iter().sum::<DVec2>() / orders.len() as f64;
-        let [local, bodies] = self.add_pairs(&places, &orders);
+        let [local, bodies] = self.add_pairs(&places, &orders, &bounds);
         let global = order.length();
         self.series.push(OrderPoint {
             time: view.time().to_f64(),

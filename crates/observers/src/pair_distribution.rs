@@ -15,7 +15,7 @@ use thiserror::Error;
 use crate::{Group, Histogram, cell_list::CellList};
 
 /// Pair distribution of the centres of mass of two groups over the samples; fixed bodies count,
-/// too, but no walls.
+/// too, but no walls. Under shear the distances are those in the present, displaced images.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -156,7 +156,8 @@ impl Observer for PairDistribution {
     }
 
     fn sample(&mut self, view: &View<'_>) {
-        if view.bounds() != self.bounds {
+        let bounds = view.bounds();
+        if bounds.sides() != self.bounds.sides() {
             self.passed_over += 1;
             return;
         }
@@ -174,12 +175,85 @@ impl Observer for PairDistribution {
         };
         let [first, second] = [count(|is_in| is_in[0]), count(|is_in| is_in[1])];
         let both = count(|is_in| *is_in == [true; 2]);
-        self.pairs_per_area += (first * second - both) / self.bounds.area();
-        let cells = CellList::for_cutoff(&places, &self.bounds, self.cutoff);
+        self.pairs_per_area += (first * second - both) / bounds.area();
+        let cells = CellList::for_cutoff(&places, &bounds, self.cutoff);
         cells.for_each_pair_within(self.cutoff, |[i, j], squared| {
             if is_in[i][0] && is_in[j][1] {
                 self.distances.add(squared.sqrt());
             }
         });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_scenes::{moving_with_the_flow, random_points};
+    use carom_engine::Simulation;
+
+    /// Neighbours over the seam of a sheared lattice: a square lattice in a flow has, at the slope
+    /// a, pairs at the displacements (p + a q, q). At a = 1 it is the square lattice again.
+    #[test]
+    fn a_lattice_in_a_flow_has_its_neighbours_over_the_seam() {
+        let site = |site: u32| DVec2::new(f64::from(site % 6), f64::from(site / 6)) + 0.2;
+        let places: Vec<DVec2> = (0..36).map(site).collect();
+        let scene = moving_with_the_flow([6.0; 2], &places);
+        let mut simulation = Simulation::new(&scene).unwrap();
+        let bounds = simulation.view().bounds();
+        for (time, slope) in [
+            (0.0, 0.0_f64),
+            (0.6, 0.3),
+            (1.0, 0.5),
+            (2.0, 1.0),
+            (5.2, 2.6),
+        ] {
+            simulation.run_until(time).unwrap();
+            let mut pairs = PairDistribution::new([Group::All; 2], &bounds, 2.97, 33).unwrap();
+            pairs.sample(&simulation.view());
+            let mut expected = vec![0; 33];
+            for p in -20..=20 {
+                for q in -2..=2 {
+                    let (p, q) = (f64::from(p), f64::from(q));
+                    let distance = DVec2::new(p + slope * q, q).length();
+                    if distance > 0.5 && distance < 2.97 {
+                        expected[(distance / 0.09) as usize] += 36;
+                    }
+                }
+            }
+            let found: Vec<u64> = pairs.points().iter().map(|point| point.pairs).collect();
+            assert_eq!(found, expected, "{time}");
+            assert_eq!(pairs.passed_over(), 0);
+        }
+    }
+
+    #[test]
+    fn pairs_in_a_flow_are_those_of_all_images() {
+        let scene = random_points(60, [1.0, 1.5], 9);
+        let places: Vec<DVec2> = scene.bumper.iter().map(|disc| disc.at.into()).collect();
+        let scene = moving_with_the_flow([1.0, 1.5], &places);
+        let mut simulation = Simulation::new(&scene).unwrap();
+        let bounds = simulation.view().bounds();
+        let mut pairs = PairDistribution::new([Group::All; 2], &bounds, 0.49, 20).unwrap();
+        let mut expected = Histogram::new(0.0, 0.49, 20);
+        for time in [0.0, 0.7, 1.9, 4.4] {
+            simulation.run_until(time).unwrap();
+            let view = simulation.view();
+            pairs.sample(&view);
+            let places: Vec<DVec2> = view.bodies().map(|body| body.motion.position).collect();
+            for (i, one) in places.iter().enumerate() {
+                for other in places.iter().enumerate().filter(|&(j, _)| j != i) {
+                    for image in (-3..=3).flat_map(|x| (-2..=2).map(move |y| [x, y])) {
+                        let apart = *other.1 + view.bounds().shift(image) - *one;
+                        if apart.length() < 0.49 {
+                            expected.add(apart.length());
+                        }
+                    }
+                }
+            }
+        }
+        let found: Vec<u64> = pairs.points().iter().map(|point| point.pairs).collect();
+        assert_eq!(found, expected.counts());
+        // 60 · 59 pairs in each of four samples, in an area of 1.5.
+        assert!((pairs.sums()[0][1] - 4.0 * 60.0 * 59.0 / 1.5).abs() < 1e-9);
     }
 }

@@ -15,7 +15,7 @@
 //! exp(−2x) for bodies that do not turn (k T² (dQ/dT)² by their heat capacity; Lebowitz, Percus &
 //! Verlet 1967).
 
-use carom_engine::{Observer, View};
+use carom_engine::{CollisionReport, Observer, View};
 use carom_geometry::{GeometryError, PeriodicBox, check_positive};
 use carom_kinematics::Orientation;
 use glam::DVec2;
@@ -35,9 +35,10 @@ const MAX_WAVES: f64 = 1e9;
 /// overlap and its susceptibility of the moving bodies of a group.
 ///
 /// Positions are those of the centres of mass without periodic jumps, relative to the centre of
-/// mass of all bodies along each axis on which momentum is conserved. After an edit at a sample
-/// call `start`, so that the frame moves on with its new velocity. Samples must be one spacing
-/// apart. A body contributes while it exists and belongs to the group.
+/// mass of all bodies along each axis on which momentum is conserved, and under shear to the flow:
+/// it must then receive all contacts. After an edit at a sample call `start`, so that the frame
+/// moves on with its new velocity. Samples must be one spacing apart. A body contributes while it
+/// exists and belongs to the group.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -256,11 +257,15 @@ impl StructuralRelaxation {
 impl Observer for StructuralRelaxation {
     #[inline]
     fn watches_any(&self) -> bool {
-        false
+        self.frame.is_flowing()
     }
 
     fn start(&mut self, view: &View<'_>) {
         self.frame.follow(view);
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        self.frame.collide(report);
     }
 
     fn sample(&mut self, view: &View<'_>) {

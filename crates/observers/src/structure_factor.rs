@@ -10,6 +10,12 @@
 //! ρ = Σ exp(i k·x) over the group (N. W. Ashcroft & D. C. Langreth, Phys. Rev. 156 (1967) 685). It
 //! is 0 for independent positions of different bodies, and may be negative. For groups that divide
 //! all N bodies, S = Σ √(N_a N_b) S_ab / N over all ordered pairs.
+//!
+//! In a sheared box with the tilt b images are at multiples of R = (Lx, 0) and (b, Ly), and
+//! exp(i k·R) = 1 has the solutions k = 2π (n_x / Lx, (n_y − n_x b / Lx) / Ly). They move with the
+//! tilt, so that |k| changes: each of them counts in the shell of the box without tilt whose |k| is
+//! nearest, up to the |k| of the last shell. With places (x − y b / Ly) / Lx and y / Ly in units of
+//! the sides, k·x = 2π (n_x x + n_y y) as without tilt.
 
 use carom_engine::{Observer, View};
 use carom_geometry::PeriodicBox;
@@ -19,7 +25,7 @@ use thiserror::Error;
 
 use crate::{
     Group,
-    wave_vectors::{shortest_shells, sums_of_waves},
+    wave_vectors::{in_tilted_shells, shortest_shells, sums_of_waves},
 };
 
 /// The largest number of shells. The cost of a sample is the number of bodies times that of wave
@@ -27,7 +33,8 @@ use crate::{
 const MAX_SHELLS: usize = 10_000;
 
 /// Structure factor of two groups, or of one with itself, over the samples; fixed discs and
-/// molecules count, walls do not.
+/// molecules count, walls do not. Under shear S is a mean over the directions of the wave vectors
+/// of the present images, each in the shell whose |k| is nearest.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -53,7 +60,6 @@ pub struct StructureFactor {
     groups: [Group; 2],
     bounds: PeriodicBox,
     shells: Vec<Shell>,
-    samples: u64,
     passed_over: u64,
 }
 
@@ -65,6 +71,8 @@ struct Shell {
     vectors: Vec<[i64; 2]>,
     /// Σ ρ_a(k) ρ_b(−k) / √(N_a N_b) over samples and vectors, real part.
     sum: f64,
+    /// The number of terms in the sum.
+    terms: u64,
 }
 
 /// The structure factor in one shell.
@@ -73,7 +81,7 @@ struct Shell {
 pub struct StructurePoint {
     /// |k| (1 / length).
     pub wave_number: f64,
-    /// Number of wave vectors of this length; k and −k count as one.
+    /// Number of wave vectors of this length in the box without tilt; k and −k count as one.
     pub vectors: usize,
     /// S; at least 0 for a group with itself.
     pub s: f64,
@@ -106,29 +114,27 @@ impl StructureFactor {
                 wave_number: shell.wave_number,
                 vectors: shell.vectors,
                 sum: 0.0,
+                terms: 0,
             })
             .collect();
         Ok(Self {
             groups,
             bounds: *bounds,
             shells,
-            samples: 0,
             passed_over: 0,
         })
     }
 
-    /// S in each shell, in ascending order of |k|; empty before the first sample.
+    /// S in each shell, in ascending order of |k|; empty before the first sample, and without the
+    /// shells in which no wave vector has been under shear.
     pub fn points(&self) -> Vec<StructurePoint> {
         let point = |shell: &Shell| StructurePoint {
             wave_number: shell.wave_number,
             vectors: shell.vectors.len(),
-            s: shell.sum / (self.samples as f64 * shell.vectors.len() as f64),
+            s: shell.sum / shell.terms as f64,
         };
-        if self.samples == 0 {
-            Vec::new()
-        } else {
-            self.shells.iter().map(point).collect()
-        }
+        let counted = self.shells.iter().filter(|shell| shell.terms > 0);
+        counted.map(point).collect()
     }
 
     /// |k| of each shell in ascending order (1 / length).
@@ -139,10 +145,9 @@ impl StructureFactor {
     /// [Σx, Σw] of each shell over all samples so far: x is S of one wave vector in one sample, and
     /// w is 1.
     pub fn sums(&self) -> Vec<[f64; 2]> {
-        let samples = self.samples as f64;
         self.shells
             .iter()
-            .map(|shell| [shell.sum, samples * shell.vectors.len() as f64])
+            .map(|shell| [shell.sum, shell.terms as f64])
             .collect()
     }
 
@@ -153,23 +158,27 @@ impl StructureFactor {
     }
 }
 
-/// Re ρ_a(k) ρ_b(−k) / √(N_a N_b) of one sample for each wave vector of a box; `None` in another
-/// box or if a group is empty.
+/// Re ρ_a(k) ρ_b(−k) / √(N_a N_b) of one sample for each wave vector of a box, (n_x, n_y) with n_y
+/// ≥ 0; `None` in a box of other sides or if a group is empty.
 pub(crate) fn products_of_waves(
     view: &View<'_>,
     bounds: &PeriodicBox,
     groups: [Group; 2],
     vectors: &[[i64; 2]],
 ) -> Option<Vec<f64>> {
+    let (sides, tilt) = (bounds.sides(), view.bounds().tilt());
     // In units of the sides.
-    let places = groups.map(|group| -> Vec<DVec2> {
+    let mut places = groups.map(|group| -> Vec<DVec2> {
         let members = group.molecules(view);
-        members
-            .map(|view| view.motion.position / bounds.sides())
-            .collect()
+        members.map(|view| view.motion.position / sides).collect()
     });
-    if view.bounds() != *bounds || places.iter().any(Vec::is_empty) {
+    if view.bounds().sides() != sides || places.iter().any(Vec::is_empty) {
         return None;
+    }
+    if tilt != 0.0 {
+        for place in places.iter_mut().flatten() {
+            place.x -= tilt / sides.x * place.y;
+        }
     }
     let [first, second] = &places;
     let waves = sums_of_waves(first, vectors);
@@ -195,29 +204,31 @@ impl Observer for StructureFactor {
     }
 
     fn sample(&mut self, view: &View<'_>) {
-        let vectors: Vec<[i64; 2]> = self
-            .shells
-            .iter()
-            .flat_map(|shell| shell.vectors.iter().copied())
-            .collect();
+        let tilt = view.bounds().tilt();
+        // The shell and the numbers of each wave vector.
+        let (shells, vectors): (Vec<usize>, Vec<[i64; 2]>) = if tilt == 0.0 {
+            let shells = self.shells.iter().enumerate();
+            shells
+                .flat_map(|(place, shell)| shell.vectors.iter().map(move |&vector| (place, vector)))
+                .unzip()
+        } else {
+            in_tilted_shells(&self.bounds.tilted(tilt), &self.wave_numbers())
+        };
         let Some(products) = products_of_waves(view, &self.bounds, self.groups, &vectors) else {
             self.passed_over += 1;
             return;
         };
-        let mut products = products.into_iter();
-        for shell in &mut self.shells {
-            for product in products.by_ref().take(shell.vectors.len()) {
-                shell.sum += product;
-            }
+        for (shell, product) in shells.into_iter().zip(products) {
+            self.shells[shell].sum += product;
+            self.shells[shell].terms += 1;
         }
-        self.samples += 1;
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::test_scenes::{discs_at, random_points};
+    use crate::test_scenes::{discs_at, moving_with_the_flow, random_points};
     use carom_engine::{Scene, Simulation};
 
     fn observe(scenes: &[Scene], shells: usize) -> StructureFactor {
@@ -304,6 +315,84 @@ mod tests {
             .iter()
             .fold([0.0, 0.0], |all, sum| [all[0] + sum[0], all[1] + sum[1]]);
         assert!((x / w - 1.0).abs() < 5.0 / w.sqrt());
+    }
+
+    /// The lattice of the wave vectors that belongs to a sheared square lattice has its peaks at
+    /// n_x and n_y that are multiples of 6, at all times.
+    #[test]
+    fn a_lattice_in_a_flow_has_the_bragg_peaks_of_its_images() {
+        let site = |site: u32| {
+            let [x, y] = [f64::from(site % 6), f64::from(site / 6)];
+            DVec2::new(0.5 * x + 0.03, 0.5 * y + 0.1)
+        };
+        let places: Vec<DVec2> = (0..36).map(site).collect();
+        let mut simulation = Simulation::new(&moving_with_the_flow([3.0; 2], &places)).unwrap();
+        let mut structure =
+            StructureFactor::new([Group::All; 2], &simulation.view().bounds(), 60).unwrap();
+        let most = structure.wave_numbers()[59];
+        let mut expected = vec![[0.0; 2]; 60];
+        for time in [0.0, 0.31, 1.0, 1.9, 3.3, 7.7] {
+            simulation.run_until(time).unwrap();
+            structure.sample(&simulation.view());
+            let (tilt, numbers) = (simulation.view().bounds().tilt(), structure.wave_numbers());
+            for n_x in -40..=40_i32 {
+                for n_y in -60..=60_i32 {
+                    let (x, y) = (f64::from(n_x), f64::from(n_y) - f64::from(n_x) * tilt / 3.0);
+                    let k = std::f64::consts::TAU / 3.0 * x.hypot(y);
+                    if (n_x, n_y) == (0, 0) || k > most * (1.0 + 1e-12) {
+                        continue;
+                    }
+                    let away = |shell: &usize| (numbers[*shell] - k).abs();
+                    let shells = 0..60;
+                    let nearest = shells.min_by(|a, b| away(a).total_cmp(&away(b))).unwrap();
+                    let is_peak = n_x % 6 == 0 && n_y % 6 == 0;
+                    expected[nearest][0] += if is_peak { 18.0 } else { 0.0 };
+                    expected[nearest][1] += 0.5;
+                }
+            }
+        }
+        for (found, expected) in structure.sums().iter().zip(&expected) {
+            assert_eq!(found[1], expected[1]);
+            assert!(
+                (found[0] - expected[0]).abs() < 1e-6,
+                "{found:?} {expected:?}"
+            );
+        }
+        assert!(expected.iter().map(|sum| sum[0]).sum::<f64>() > 200.0);
+    }
+
+    /// S of random places against sums over the bodies with other images, which must not matter.
+    #[test]
+    fn waves_in_a_flow_are_those_of_the_images() {
+        let scene = random_points(40, [1.0, 1.5], 6);
+        let places: Vec<DVec2> = scene
+            .bumper
+            .iter()
+            .map(|disc| DVec2::from(disc.at))
+            .collect();
+        let mut simulation = Simulation::new(&moving_with_the_flow([1.0, 1.5], &places)).unwrap();
+        simulation.run_until(2.6).unwrap();
+        let view = simulation.view();
+        let bounds = view.bounds();
+        assert!(bounds.tilt() != 0.0);
+        let unit = bounds.sides().recip() * std::f64::consts::TAU;
+        let vectors: Vec<[i64; 2]> = (0..6).flat_map(|y| (-5..6).map(move |x| [x, y])).collect();
+        let found = products_of_waves(&view, &bounds, [Group::All; 2], &vectors).unwrap();
+        for ([n_x, n_y], found) in vectors.into_iter().zip(found) {
+            let [x, y] = [n_x, n_y].map(|n| n as f64);
+            let k = unit * DVec2::new(x, y - x * bounds.tilt() / bounds.sides().x);
+            let wave = |(index, body): (usize, carom_engine::BodyView<'_>)| {
+                let image = [index as i64 % 3 - 1, index as i64 % 5 - 2];
+                let phase = k.dot(body.motion.position + bounds.shift(image));
+                DVec2::new(phase.cos(), phase.sin())
+            };
+            let sum: DVec2 = view.bodies().enumerate().map(wave).sum();
+            let expected = sum.length_squared() / 40.0;
+            assert!(
+                (found - expected).abs() < 1e-9,
+                "{n_x} {n_y}: {found} {expected}"
+            );
+        }
     }
 
     #[test]

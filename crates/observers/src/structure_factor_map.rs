@@ -4,6 +4,10 @@
 //! [`StructureFactor`](crate::StructureFactor) before its mean over directions: rings in a liquid,
 //! six arcs in a hexatic phase, six peaks in a crystal of discs. S(−k) = S(k), so that half of the
 //! plane is computed. The value at k = 0 does not depend on the places and is left out.
+//!
+//! In a sheared box with the tilt b the wave vectors are 2π (n_x / Lx, (n_y − n_x b / Lx) / Ly): in
+//! each column of the map they are displaced along k_y. A place of the map then has that whose k_y
+//! is nearest, at most π / Ly away.
 
 use carom_engine::{Observer, View};
 use carom_geometry::{GeometryError, PeriodicBox, check_positive};
@@ -20,7 +24,8 @@ const MAX_VECTORS: f64 = 40_000.0;
 const ROUNDING: f64 = 1e-12;
 
 /// Structure factor of two groups, or of one with itself, at each wave vector; fixed discs and
-/// molecules count, walls do not.
+/// molecules count, walls do not. Under shear a place of the map has the wave vector of the present
+/// images that is nearest to it along k_y.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -213,7 +218,20 @@ impl Observer for StructureFactorMap {
     }
 
     fn sample(&mut self, view: &View<'_>) {
-        let products = products_of_waves(view, &self.bounds, self.groups, &self.vectors);
+        let tilt = view.bounds().tilt();
+        let products = if tilt == 0.0 {
+            products_of_waves(view, &self.bounds, self.groups, &self.vectors)
+        } else {
+            let turns = tilt / self.bounds.sides().x;
+            let tilted: Vec<[i64; 2]> = self
+                .vectors
+                .iter()
+                .map(|&[x, y]| [x, y + (turns * x as f64).round() as i64])
+                // k and −k have one product.
+                .map(|[x, y]| if y < 0 { [-x, -y] } else { [x, y] })
+                .collect();
+            products_of_waves(view, &self.bounds, self.groups, &tilted)
+        };
         let Some(products) = products else {
             self.passed_over += 1;
             return;
@@ -230,7 +248,7 @@ mod tests {
     use super::*;
     use crate::{
         StructureFactor,
-        test_scenes::{discs_at, random_points, triangular_lattice},
+        test_scenes::{discs_at, moving_with_the_flow, random_points, triangular_lattice},
     };
     use carom_engine::Simulation;
     use std::f64::consts::TAU;
@@ -355,5 +373,34 @@ mod tests {
                 .len()
                 > 4500
         );
+    }
+
+    /// Discs of a square lattice that move with the flow: the columns of the map have the peaks of
+    /// the sheared lattice in the nearest rows.
+    #[test]
+    fn a_map_under_shear_has_the_peaks_of_the_sheared_lattice() {
+        let site = |site: u32| DVec2::new(f64::from(site % 6), f64::from(site / 6));
+        let places: Vec<DVec2> = (0..36).map(|k| 0.5 * site(k) + 0.1).collect();
+        let scene = moving_with_the_flow([3.0, 3.0], &places);
+        let mut simulation = Simulation::new(&scene).unwrap();
+        let bounds = simulation.view().bounds();
+        let unit = TAU / 3.0;
+        for time in [0.9, 1.4, 2.3] {
+            simulation.run_until(time).unwrap();
+            let mut map = StructureFactorMap::new([Group::All; 2], &bounds, 9.0 * unit).unwrap();
+            map.sample(&simulation.view());
+            let slope = 0.5 * time;
+            for point in map.points() {
+                let [x, y] = point.wave_vector.map(|k| (k / unit).round());
+                // Peaks at n_x = 6 p and k_y = (6 q − 6 p slope) 2π/Ly.
+                let exact = |q: i32| 6.0 * f64::from(q) - x * slope;
+                let is_peak = x % 6.0 == 0.0 && (-9..=9).any(|q| (exact(q) - y).abs() < 0.5);
+                match point.s {
+                    Some(s) if is_peak => assert!((s - 36.0).abs() < 1e-6, "{point:?} {time}"),
+                    Some(s) => assert!(s < 1e-6, "{point:?} {time}"),
+                    None => assert_eq!([x, y], [0.0; 2]),
+                }
+            }
+        }
     }
 }

@@ -46,6 +46,21 @@ pub(crate) fn triangular_lattice(columns: u32, rows: u32) -> ([f64; 2], Vec<DVec
     (sides, (0..columns * rows).map(place).collect())
 }
 
+/// Small discs in a sheared box, of the rate 0.5, that move with the flow: later their places are
+/// these ones sheared.
+pub(crate) fn moving_with_the_flow(sides: [f64; 2], places: &[DVec2]) -> Scene {
+    let disc = |place: &DVec2| {
+        let at = place.to_array();
+        format!(
+            "[[molecule]]\natoms = [{{ at = [0, 0], radius = 1e-6, mass = 1 }}]\nat = {at:?}\n\
+             velocity = [0.0, 0.0]\n"
+        )
+    };
+    let discs: String = places.iter().map(disc).collect();
+    let text = format!("[box]\nsides = {sides:?}\nshear_rate = 0.5\n{discs}");
+    Scene::from_toml(&text).unwrap()
+}
+
 /// Discs of two tags and a heavy third that drifts.
 pub(crate) const MIXTURE: &str = "[box]\nsides = [1.0, 1.3]\nseed = 8\n[[gas]]\nradius = 0.03\nmass = 1.0\nenergy = 1.0\n\
                                   count = 40\ntags = [\"a\"]\n[[gas]]\nradius = 0.02\nmass = 2.0\nenergy = 1.0\ncount = 25\n\

@@ -5,7 +5,7 @@
 //! G_s 2π r dr = 1. At equilibrium and long before the first contact it is Gaussian, m/(2π kT t²)
 //! exp(−m r² / 2kT t²). Its Fourier transform is F_s(k, t).
 
-use carom_engine::{Observer, View};
+use carom_engine::{CollisionReport, Observer, View};
 use carom_geometry::{GeometryError, check_positive};
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
@@ -23,9 +23,10 @@ const MAX_BINS: usize = 10_000;
 /// Distribution of the displacements of the moving bodies of a group at logarithmic lags.
 ///
 /// Positions are those of the centres of mass without periodic jumps, relative to the centre of
-/// mass of all bodies along each axis on which momentum is conserved. After an edit at a sample
-/// call `start`, so that the frame moves on with its new velocity. Samples must be one spacing
-/// apart. A body contributes while it exists and belongs to the group.
+/// mass of all bodies along each axis on which momentum is conserved, and under shear to the flow:
+/// it must then receive all contacts. After an edit at a sample call `start`, so that the frame
+/// moves on with its new velocity. Samples must be one spacing apart. A body contributes while it
+/// exists and belongs to the group.
 ///
 /// ```
 /// use carom_engine::{Observer, Scene, Simulation};
@@ -211,11 +212,15 @@ impl SelfVanHove {
 impl Observer for SelfVanHove {
     #[inline]
     fn watches_any(&self) -> bool {
-        false
+        self.frame.is_flowing()
     }
 
     fn start(&mut self, view: &View<'_>) {
         self.frame.follow(view);
+    }
+
+    fn collision(&mut self, report: &CollisionReport<'_>) {
+        self.frame.collide(report);
     }
 
     fn sample(&mut self, view: &View<'_>) {

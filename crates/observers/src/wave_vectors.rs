@@ -2,7 +2,8 @@
 //! also with weights.
 //!
 //! The wave vectors are k = 2π (n_x / Lx, n_y / Ly) without k = 0; of k and −k, whose sums are
-//! complex conjugates, there is one.
+//! complex conjugates, there is one. In a box with the tilt b they are 2π (n_x / Lx, (n_y − n_x b /
+//! Lx) / Ly).
 
 use carom_geometry::PeriodicBox;
 use carom_kinematics::Orientation;
@@ -67,6 +68,51 @@ pub(crate) fn nearest_shells(
     shells.truncate(requested);
     shells.sort_by(|one, other| one.wave_number.total_cmp(&other.wave_number));
     shells
+}
+
+/// The wave vectors of a tilted box, (n_x, n_y) with n_y ≥ 0, and for each the index in
+/// `wave_numbers` (1 / length, ascending) of that which is nearest to its |k|; those up to the last
+/// of them.
+pub(crate) fn in_tilted_shells(
+    tilted: &PeriodicBox,
+    wave_numbers: &[f64],
+) -> (Vec<usize>, Vec<[i64; 2]>) {
+    let sides = tilted.sides();
+    let unit = sides.recip() * std::f64::consts::TAU;
+    let most = wave_numbers.last().copied().unwrap_or(0.0);
+    let most = most * most * (1.0 + SAME_LENGTH);
+    let turns = tilted.tilt() / sides.x;
+    let across = (most.sqrt() / unit.x).floor() as i64;
+    let (mut shells, mut vectors) = (Vec::new(), Vec::new());
+    // The half plane n_x > 0 and the half axis n_y > 0 have one of each pair k and −k.
+    for x in 0..=across {
+        let along = unit.x * x as f64;
+        let (middle, reach) = (
+            turns * x as f64,
+            (most - along * along).max(0.0).sqrt() / unit.y,
+        );
+        let lowest = if x == 0 {
+            1
+        } else {
+            (middle - reach).ceil() as i64
+        };
+        for y in lowest..=(middle + reach).floor() as i64 {
+            let k = along.hypot(unit.y * (y as f64 - middle));
+            shells.push(nearest_of(wave_numbers, k));
+            vectors.push(if y < 0 { [-x, -y] } else { [x, y] });
+        }
+    }
+    (shells, vectors)
+}
+
+/// The index of the number in an ascending list that is nearest to a value.
+fn nearest_of(numbers: &[f64], value: f64) -> usize {
+    let above = numbers.partition_point(|&number| number < value);
+    if above == 0 {
+        return 0;
+    }
+    let is_below = above == numbers.len() || value - numbers[above - 1] <= numbers[above] - value;
+    if is_below { above - 1 } else { above }
 }
 
 /// All shells with k² between two limits, in ascending order; `unit` is 2π / L.

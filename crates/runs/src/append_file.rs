@@ -42,6 +42,17 @@ pub struct Length {
     records: usize,
 }
 
+impl Length {
+    /// The length of a table with rows that come before the first point of a run.
+    pub(crate) fn of_earlier_rows(name: &str, content: &[u8]) -> Self {
+        Self {
+            name: name.to_owned(),
+            bytes: content.len() as u64,
+            records: 0,
+        }
+    }
+}
+
 /// Held during each write to a file of a run, and while its files are truncated.
 type Writing = Arc<Mutex<()>>;
 

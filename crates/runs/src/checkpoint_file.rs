@@ -27,7 +27,7 @@ use crate::whole_file::write_lasting;
 
 /// Version of the format. Increment it with every change of the content: of the engine's
 /// checkpoint, of an observer, or of the data that a command stores.
-pub const FORMAT: u32 = 29;
+pub const FORMAT: u32 = 30;
 
 const MAGIC: [u8; 16] = *b"carom checkpoint";
 

@@ -2,6 +2,8 @@
 
 use carom_tables::{Figure, named, with_error};
 
+use crate::report::judged;
+
 /// More figures are counted: the page has them all.
 const MAX_LINES: usize = 30;
 
@@ -39,9 +41,7 @@ pub fn figure_lines(figures: &[Figure]) -> Vec<String> {
             Some(prediction) => format!("  predicted {}", with_error(prediction, None)),
             None => String::new(),
         };
-        let is_changing = figure
-            .stationarity
-            .is_some_and(|found| !found.is_stationary);
+        let is_changing = judged(figure).is_some_and(|found| !found.is_stationary);
         let mark = if is_changing { "  NOT STATIONARY" } else { "" };
         format!("  {name:<name_width$}  {value:<value_width$}{prediction}{mark}")
             .trim_end()

@@ -276,7 +276,7 @@ pub fn write_state<T: Serialize>(
 }
 
 /// The bytes of the checkpoint of a run that goes on, at a state of its simulation, which took this
-/// processor time (seconds).
+/// processor time (seconds). It appends to `files`.
 ///
 /// # Errors
 /// It cannot be encoded.
@@ -287,6 +287,7 @@ pub(crate) fn encode_going<O: Serialize>(
     simulation: &Checkpoint,
     seconds: f64,
     observers: &O,
+    files: Vec<Length>,
 ) -> Result<Vec<u8>> {
     let (what, time) = (what.to_owned(), simulation.time());
     let head = Head {
@@ -301,7 +302,7 @@ pub(crate) fn encode_going<O: Serialize>(
         simulation: simulation.clone(),
         observers,
         seconds,
-        files: Vec::new(),
+        files,
     };
     Ok(checkpoint_file::bytes_of(&[
         &checkpoint_file::encode(&head)?,
@@ -710,7 +711,7 @@ mod tests {
         .unwrap();
         assert_eq!(
             (FORMAT, kept.len(), crc32fast::hash(&kept)),
-            (29, 1071, 1_327_252_991)
+            (30, 1071, 1_327_252_991)
         );
     }
     /// Rules that scenes read from lists of another form.

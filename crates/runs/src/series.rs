@@ -53,6 +53,14 @@ pub const PRESSURE: SeriesFormat<PressurePoint> = SeriesFormat {
     },
 };
 
+/// Names and columns of the files to which a run appends a row at each sample, for series that a
+/// saved run continues.
+pub(crate) const GROWING: [(&str, &[&str]); 3] = [
+    (ENERGY.name, ENERGY.header),
+    (RATES.name, RATES.header),
+    (PRESSURE.name, PRESSURE.header),
+];
+
 /// `running-average.csv`.
 pub const AVERAGES: SeriesFormat<RunningPoint> = SeriesFormat {
     name: "running-average.csv",

@@ -4,8 +4,8 @@
 use anyhow::{Context, Result, bail, ensure};
 use carom::engine::did_you_mean;
 use carom_tables::{
-    Check, Figure, MIN_BLOCKS, Role, Table, named, student_quantile, two_digits, with_error,
-    without_numbers,
+    Check, Column, Figure, MIN_BLOCKS, Role, Table, named, student_quantile, two_digits,
+    with_error, without_numbers,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
@@ -479,53 +479,70 @@ impl Expect {
             "the table {name} is a map: only a table with one abscissa has a value `at` one number"
         );
         let (column, abscissa) = (&table.columns[place], &table.columns[0]);
-        let rows: Vec<(f64, usize)> = abscissa
-            .values
-            .iter()
-            .enumerate()
-            .filter_map(|(row, x)| Some(((*x)?, row)))
-            .collect();
-        let rows: Vec<(f64, usize)> = rows
-            .into_iter()
-            .filter(|&(_, row)| column.values[row].is_some())
-            .collect();
-        let near = SAME_ABSCISSA * at.abs();
-        let after = rows.iter().position(|&(x, _)| x >= at - near);
-        let outside = || {
+        let rows = RowsAround::new(column, abscissa, at).with_context(|| {
             format!(
                 "the table {name} has no {requested} at {} {at}",
                 abscissa.name
             )
-        };
-        let after = after.with_context(outside)?;
-        let (x, row) = rows[after];
-        let is_at_row = (x - at).abs() <= near;
-        ensure!(after > 0 || is_at_row, outside());
-        let before = if is_at_row { (x, row) } else { rows[after - 1] };
-        let share = if is_at_row {
-            1.0
-        } else {
-            (at - before.0) / (x - before.0)
-        };
-        let value =
-            |values: &[Option<f64>]| Some(values[before.1]? * (1.0 - share) + values[row]? * share);
+        })?;
         let beside = || {
             let after = table.columns[place + 1..].iter();
             after.take_while(|c| matches!(c.role, Role::StandardError | Role::Prediction { .. }))
         };
         let error = beside()
             .find(|c| c.role == Role::StandardError)
-            .and_then(|c| value(&c.values));
+            .and_then(|c| rows.value(c));
         let predicted = beside().find(|c| c.role != Role::StandardError);
         Ok(Measured {
             name: format!("{requested} at {} {at}, {name}", abscissa.name),
             unit: column.unit.clone(),
-            value: value(&column.values).unwrap_or(f64::NAN),
+            value: rows.value(column).unwrap_or(f64::NAN),
             error,
             blocks: None,
-            prediction: predicted.and_then(|column| value(&column.values)),
+            prediction: predicted.and_then(|column| rows.value(column)),
             source: predicted.and_then(|column| column.role.words().1.map(str::to_owned)),
         })
+    }
+}
+
+/// Two neighbouring rows of a table.
+struct RowsAround {
+    rows: [usize; 2],
+    /// The share of the second row in a value between them.
+    share: f64,
+}
+
+impl RowsAround {
+    /// The rows around an abscissa, of those in which the column has a value; `None` if it lies
+    /// outside of them.
+    fn new(column: &Column, abscissa: &Column, at: f64) -> Option<Self> {
+        let rows: Vec<(f64, usize)> = abscissa
+            .values
+            .iter()
+            .enumerate()
+            .filter_map(|(row, x)| Some(((*x)?, row)))
+            .filter(|&(_, row)| column.values[row].is_some())
+            .collect();
+        let near = SAME_ABSCISSA * at.abs();
+        let after = rows.iter().position(|&(x, _)| x >= at - near)?;
+        let (x, row) = rows[after];
+        if (x - at).abs() <= near {
+            return Some(Self {
+                rows: [row; 2],
+                share: 1.0,
+            });
+        }
+        let (x_before, before) = rows[after.checked_sub(1)?];
+        Some(Self {
+            rows: [before, row],
+            share: (at - x_before) / (x - x_before),
+        })
+    }
+
+    /// The value of a column between the rows.
+    fn value(&self, column: &Column) -> Option<f64> {
+        let [before, after] = self.rows.map(|row| column.values[row]);
+        Some(before? * (1.0 - self.share) + after? * self.share)
     }
 }
 

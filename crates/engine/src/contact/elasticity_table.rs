@@ -121,28 +121,9 @@ impl ElasticityTable {
     }
 
     pub(crate) fn new(spec: &ElasticitySpec, names: &mut TagNames) -> Result<Self, SceneError> {
-        let mut rules = Vec::new();
-        for (index, rule) in spec.pair.iter().enumerate() {
-            let entry = format!("elasticity.pair[{index}]");
-            if !(1..=2).contains(&rule.between.len()) {
-                let problem = format!(
-                    "`between` must name one or two tags, but is {:?}",
-                    rule.between
-                );
-                return Err(SceneError::Entry { entry, problem });
-            }
-            if let Err(problem) = rule.coefficient.check() {
-                return Err(SceneError::Entry { entry, problem });
-            }
-            let elasticity = rule
-                .elasticity()
-                .map_err(|reason| SceneError::Elasticity { entry, reason })?;
-            rules.push(Rule {
-                tags: rule.between.iter().map(|name| names.intern(name)).collect(),
-                spec: rule.clone(),
-                elasticity: simplified(elasticity),
-            });
-        }
+        let rules = (spec.pair.iter().enumerate())
+            .map(|(index, rule)| Rule::new(index, rule, names))
+            .collect::<Result<_, _>>()?;
         let default = spec.of_default().map_err(|reason| SceneError::Elasticity {
             entry: match reason {
                 ElasticityError::Coefficient(_) => "elasticity.default",
@@ -151,34 +132,13 @@ impl ElasticityTable {
             .to_owned(),
             reason,
         })?;
-        if !(0.0..=1.0).contains(&spec.contact_time) {
-            let problem = format!("it must be from 0 to 1, but is {}", spec.contact_time);
-            return Err(SceneError::Entry {
-                entry: "elasticity.contact_time".to_owned(),
-                problem,
-            });
-        }
-        if spec.contact_time > 0.0 && spec.contact_time < MIN_CONTACT {
-            let problem = format!(
-                "it must be 0 (no guard) or at least {MIN_CONTACT:e}, but is {:e}: turning molecules would \
-                 bounce by less than the rounding of positions, and sink into each other",
-                spec.contact_time
-            );
-            return Err(SceneError::Entry {
-                entry: "elasticity.contact_time".to_owned(),
-                problem,
-            });
-        }
-        let guard = Guard {
-            contact_time: spec.contact_time,
-        };
         Ok(Self {
             default: simplified(default),
             spec: ElasticitySpec {
                 pair: Vec::new(),
                 ..spec.clone()
             },
-            guard,
+            guard: guard_of(spec.contact_time)?,
             rules,
             classes: 0,
             by_class: Vec::new(),
@@ -348,6 +308,21 @@ impl ElasticityTable {
     }
 }
 
+/// The guard with this duration of a contact (share of the natural time of a pair).
+fn guard_of(contact_time: f64) -> Result<Guard, SceneError> {
+    let problem = if !(0.0..=1.0).contains(&contact_time) {
+        format!("it must be from 0 to 1, but is {contact_time}")
+    } else if contact_time > 0.0 && contact_time < MIN_CONTACT {
+        format!(
+            "it must be 0 (no guard) or at least {MIN_CONTACT:e}, but is {contact_time:e}: turning molecules would \
+             bounce by less than the rounding of positions, and sink into each other"
+        )
+    } else {
+        return Ok(Guard { contact_time });
+    };
+    Err(SceneError::of_entry("elasticity.contact_time", problem))
+}
+
 /// The same elasticity, in the one form that all smooth contacts of a coefficient have.
 fn simplified(elasticity: Elasticity) -> Elasticity {
     if elasticity.is_smooth() {
@@ -391,6 +366,29 @@ pub(crate) fn rough_gases(scene: &Scene) -> Result<Vec<bool>, SceneError> {
 }
 
 impl Rule {
+    /// The rule at this index of a scene.
+    fn new(index: usize, rule: &ElasticityRule, names: &mut TagNames) -> Result<Self, SceneError> {
+        let entry = format!("elasticity.pair[{index}]");
+        if !(1..=2).contains(&rule.between.len()) {
+            let problem = format!(
+                "`between` must name one or two tags, but is {:?}",
+                rule.between
+            );
+            return Err(SceneError::Entry { entry, problem });
+        }
+        if let Err(problem) = rule.coefficient.check() {
+            return Err(SceneError::Entry { entry, problem });
+        }
+        let elasticity = rule
+            .elasticity()
+            .map_err(|reason| SceneError::Elasticity { entry, reason })?;
+        Ok(Self {
+            tags: rule.between.iter().map(|name| names.intern(name)).collect(),
+            spec: rule.clone(),
+            elasticity: simplified(elasticity),
+        })
+    }
+
     /// Whether two rules have the same effect.
     fn agrees_with(&self, other: &Self) -> bool {
         self.elasticity == other.elasticity && self.spec.coefficient == other.spec.coefficient

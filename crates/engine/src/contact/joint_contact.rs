@@ -105,82 +105,114 @@ fn touching(
     first: &ContactFrame,
     tolerance: f64,
 ) -> SmallVec<[ContactFrame; 4]> {
-    let pair = contact.bodies.map(|body| &world.bodies[body as usize]);
-    let mut frames = SmallVec::from_slice(&[*first]);
-    let mut add = |parts: TouchingParts| {
-        let (frame, depth) = contact_geometry(world, &ContactEvent { parts, ..*contact }, before);
-        if depth >= -tolerance {
-            frames.push(frame);
-        }
+    let mut points = TouchingPoints {
+        world,
+        contact,
+        before,
+        pair: contact.bodies.map(|body| &world.bodies[body as usize]),
+        tolerance,
+        frames: SmallVec::from_slice(&[*first]),
     };
-    if let Some(wall) = pair.iter().position(|body| body.is_wall()) {
-        let touched = atom_at_wall(contact.parts, wall);
-        for atom in (0..pair[1 - wall].molecule().atoms().len() as u32)
-            .filter(|atom| Some(*atom) != touched)
-        {
-            add(on_edge(wall, 0, atom));
+    match points.pair.iter().position(|body| body.is_wall()) {
+        Some(wall) => points.add_on_wall(wall),
+        None => points.add_between_molecules(),
+    }
+    points.frames
+}
+
+/// The points of a contact that have been found to touch.
+struct TouchingPoints<'a> {
+    world: &'a World,
+    contact: &'a ContactEvent,
+    before: &'a [Motion; 2],
+    pair: [&'a Body; 2],
+    /// The largest gap of two points that touch (length).
+    tolerance: f64,
+    frames: SmallVec<[ContactFrame; 4]>,
+}
+
+impl TouchingPoints<'_> {
+    /// Adds the point of these parts, if they touch and are not those of the contact itself.
+    #[inline]
+    fn add(&mut self, parts: TouchingParts) {
+        if parts == self.contact.parts {
+            return;
+        }
+        let contact = ContactEvent {
+            parts,
+            ..*self.contact
+        };
+        let (frame, depth) = contact_geometry(self.world, &contact, self.before);
+        if depth >= -self.tolerance {
+            self.frames.push(frame);
+        }
+    }
+
+    /// Adds the points of the other body at a wall, which has this number in the pair.
+    #[inline]
+    fn add_on_wall(&mut self, wall: usize) {
+        let body = 1 - wall;
+        let touched = atom_at_wall(self.contact.parts, wall);
+        let atoms = 0..self.pair[body].molecule().atoms().len() as u32;
+        for atom in atoms.filter(|atom| Some(*atom) != touched) {
+            self.add(on_edge(wall, 0, atom));
         }
         // A side that is wider than the wall rests on its ends.
-        let body = 1 - wall;
-        let shift = world.shift_of(contact);
+        let shift = self.world.shift_of(self.contact);
         let shift = if wall == 1 { shift } else { -shift };
+        let (before, pair) = (self.before, self.pair);
         let to_wall = (before[wall].position - before[body].position) + shift;
         let ends = placed(pair[wall], &before[wall]).collect::<SmallVec<[Placed; 8]>>();
-        for [edge, end] in beside_edges(pair[body], &before[body], to_wall, &ends, tolerance) {
-            let parts = on_edge(body, edge, end);
-            if parts != contact.parts {
-                add(parts);
-            }
-        }
-        return frames;
-    }
-    let between = (before[1].position - before[0].position) + world.shift_of(contact);
-    let [of_a, of_b] = [0, 1].map(|n| {
-        let to_other = if n == 0 { between } else { -between };
-        near(
-            pair[n],
-            &before[n],
-            to_other,
-            pair[1 - n].molecule().bounding_radius() + tolerance,
-        )
-    });
-    let mut at_ends: SmallVec<[[u32; 2]; 4]> = SmallVec::new();
-    for (edged, atoms) in [(0, &of_b), (1, &of_a)] {
-        let to_atoms = if edged == 0 { between } else { -between };
-        for [edge, atom] in beside_edges(pair[edged], &before[edged], to_atoms, atoms, tolerance) {
-            let ends = pair[edged].molecule().edges()[edge as usize].ends();
-            let with = |end: u32| if edged == 0 { [end, atom] } else { [atom, end] };
-            at_ends.extend(ends.into_iter().flatten().map(with));
-            let parts = on_edge(edged, edge, atom);
-            if parts != contact.parts {
-                add(parts);
-            }
+        let beside = beside_edges(pair[body], &before[body], to_wall, &ends, self.tolerance);
+        for [edge, end] in beside {
+            self.add(on_edge(body, edge, end));
         }
     }
-    // A corner on an edge next to its end is one point; the normal of the edge is the exact one.
-    let is_at_end = |a: u32, b: u32| at_ends.contains(&[a, b]);
-    if let TouchingParts::Atoms(a, b) = contact.parts
-        && is_at_end(a, b)
-    {
-        frames.remove(0);
-    }
-    for a in &of_a {
-        for b in &of_b {
-            if is_at_end(a.index, b.index) {
-                continue;
+
+    /// Adds the points of two molecules.
+    #[inline]
+    fn add_between_molecules(&mut self) {
+        let (before, pair, tolerance) = (self.before, self.pair, self.tolerance);
+        let between = (before[1].position - before[0].position) + self.world.shift_of(self.contact);
+        let towards_other = [between, -between];
+        let [of_a, of_b] = [0, 1].map(|n| {
+            let reach = pair[1 - n].molecule().bounding_radius() + tolerance;
+            near(pair[n], &before[n], towards_other[n], reach)
+        });
+        let mut at_ends: SmallVec<[[u32; 2]; 4]> = SmallVec::new();
+        for (edged, atoms) in [(0, &of_b), (1, &of_a)] {
+            let (body, motion) = (pair[edged], &before[edged]);
+            for [edge, atom] in beside_edges(body, motion, towards_other[edged], atoms, tolerance) {
+                let ends = body.molecule().edges()[edge as usize].ends();
+                let with = |end: u32| if edged == 0 { [end, atom] } else { [atom, end] };
+                at_ends.extend(ends.into_iter().flatten().map(with));
+                self.add(on_edge(edged, edge, atom));
             }
-            let line_of_centres = between + (b.arm - a.arm);
-            let reach = a.radius + b.radius + tolerance;
-            let touches = line_of_centres.length_squared() <= reach * reach;
-            if touches && contact.parts != TouchingParts::Atoms(a.index, b.index) {
-                frames.push(ContactFrame {
-                    line_of_centres,
-                    arms: [a.arm, b.arm],
-                });
+        }
+        // A corner on an edge next to its end is one point; the normal of the edge is the exact
+        // one.
+        if let TouchingParts::Atoms(a, b) = self.contact.parts
+            && at_ends.contains(&[a, b])
+        {
+            self.frames.remove(0);
+        }
+        for a in &of_a {
+            for b in &of_b {
+                if at_ends.contains(&[a.index, b.index]) {
+                    continue;
+                }
+                let line_of_centres = between + (b.arm - a.arm);
+                let reach = a.radius + b.radius + tolerance;
+                let touches = line_of_centres.length_squared() <= reach * reach;
+                if touches && self.contact.parts != TouchingParts::Atoms(a.index, b.index) {
+                    self.frames.push(ContactFrame {
+                        line_of_centres,
+                        arms: [a.arm, b.arm],
+                    });
+                }
             }
         }
     }
-    frames
 }
 
 /// The atom of the other body that touches a wall, at its edge or at an end.

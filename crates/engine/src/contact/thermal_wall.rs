@@ -31,55 +31,42 @@ pub(crate) fn resolve<R>(
     encounter: &ContactPair,
     number: u64,
 ) -> Option<(Resolved, f64)> {
-    let &Rules {
-        world,
-        separation_error,
-        ..
-    } = rules;
-    let ContactPair {
-        contact, before, ..
-    } = encounter;
+    let (world, contact, before) = (rules.world, &encounter.contact, &encounter.before);
     let pair = contact.bodies.map(|body| &world.bodies[body as usize]);
-    let wall = pair
-        .iter()
-        .position(|body| body.kind.temperature.is_some())?;
-    let (temperature, moving) = (pair[wall].kind.temperature?, 1 - wall);
+    let wall = (0..2).find(|&body| pair[body].kind.temperature.is_some())?;
+    let moving = 1 - wall;
     let (frame, depth) = contact_geometry(world, contact, before);
     let normal = frame.normal();
     let away = if wall == 0 { normal } else { -normal };
     let inertias = pair.map(|body| &body.kind.inertia);
-    let body = pair[moving];
     let draw = draw(world.random_key, number);
     let (old, inertia, arm) = (&before[moving], inertias[moving], frame.arms[moving]);
     let mut after = *before;
     // In the clock of a drag all velocities are larger by the same factor.
     let slowing = world.clock.slowing(contact.time);
-    let temperature = temperature / (slowing * slowing);
+    let temperature = pair[wall].kind.temperature? / (slowing * slowing);
     // The draw is in the frame of the surface.
-    let surface = before[wall].velocity_of(frame.arms[wall] + pair[wall].reach() * away);
-    after[moving] = thermal_motion(old, inertia, arm, away, temperature, &draw, body.can_turn());
-    if !before[wall].is_at_rest() {
+    let surface = (!before[wall].is_at_rest())
+        .then(|| before[wall].velocity_of(frame.arms[wall] + pair[wall].reach() * away));
+    let can_turn = pair[moving].can_turn();
+    after[moving] = thermal_motion(old, inertia, arm, away, temperature, &draw, can_turn);
+    if let Some(surface) = surface {
         after[moving].velocity += surface;
     }
-    let [first, second] = after;
     // So slow a body, one among 10²⁰, gets the least speed of separation, like any other.
     if let Some(missing) = missing_impulse(
         world,
-        separation_error,
+        rules.separation_error,
         &frame,
         (contact.parts, pair),
-        [&before[0], &before[1]],
-        [&first, &second],
+        before.each_ref(),
+        after.each_ref(),
     ) {
         let on_body = if moving == 1 { missing } else { -missing };
         after[moving] = carom_response::apply_impulse(&after[moving], inertia, arm, on_body);
     }
     let change: DVec2 = (after[moving].velocity - old.velocity) / inertia.inverse_mass;
-    let work = if before[wall].is_at_rest() {
-        0.0
-    } else {
-        change.dot(surface)
-    };
+    let work = surface.map_or(0.0, |surface| change.dot(surface));
     let heat = kinetic_energy(&after[moving], inertia) - kinetic_energy(old, inertia) - work;
     let mut onwards = after;
     round_outwards(world, contact, depth, &frame, inertias, &mut onwards);

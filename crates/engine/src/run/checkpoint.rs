@@ -50,7 +50,7 @@ use crate::{
     world::{
         World,
         body::{BodyKey, BodyKind, Rotation},
-        counters::{Counters, Ledger, SchedulerCounters},
+        counters::{Counters, Ledger},
         drives::Oscillation,
         heat::HeatByTag,
         pair_table::PairTable,
@@ -385,70 +385,26 @@ impl<D: Detection, R: Response, S: Scheduler> Simulation<D, R, S> {
         checkpoint.refuse_infinite()?;
         checkpoint.refuse_overflowing()?;
         let mut world = checkpoint.world()?;
-        let is_valid = |(wall, oscillation): (usize, &Option<Oscillation>)| {
-            oscillation.is_none_or(|oscillation| {
-                let body = world.bodies.get(wall).zip(world.motions.get(wall));
-                body.is_some_and(|(body, motion)| {
-                    body.is_wall()
-                        && body.is_fixed()
-                        && oscillation.is_of(motion, world.bounds.sides())
-                })
-            })
-        };
-        let is_canonical = checkpoint.oscillations.len() <= world.bodies.len()
-            && (checkpoint.oscillations.is_empty()
-                || checkpoint.oscillations.iter().any(Option::is_some));
-        if !is_canonical {
-            return Err(CheckpointError::Oscillation(checkpoint.oscillations.len()));
-        }
-        let mut oscillations = checkpoint.oscillations.iter().enumerate();
-        if let Some(wrong) = oscillations.position(|oscillation| !is_valid(oscillation)) {
-            return Err(CheckpointError::Oscillation(wrong));
-        }
-        world.oscillations.clone_from(&checkpoint.oscillations);
+        checkpoint.oscillate_walls(&mut world)?;
         world.gravity = gravity_of("gravity", checkpoint.gravity.to_array())?;
         checkpoint.shear(&mut world)?;
         checkpoint.free_pistons(&mut world)?;
         world.tethers =
             tethers(&checkpoint.bonds, world.bodies.len()).map_err(CheckpointError::Bond)?;
         let mut names = checkpoint.names.clone();
-        let wells: Vec<WellSpec> = checkpoint.wells.iter().map(WellSpec::from).collect();
-        world.pairs = PairTable::new(
-            &checkpoint.transparent,
-            &checkpoint.diameter,
-            &wells,
-            &mut names,
-        )?;
+        world.pairs = checkpoint.pair_table(&mut names)?;
         let mut elasticity =
             ElasticityTable::new(&checkpoint.elasticity.clone().into(), &mut names)?;
         let mut reactions = checkpoint.reactions.table(&mut names)?;
         elasticity.classify(&mut world, &response, &mut reactions)?;
-        refuse_gravity(&world)?;
-        refuse_shear(&world, world.naming(&names))?;
-        refuse_pistons(&world, world.naming(&names))?;
-        refuse_bonds(&world, &elasticity, world.naming(&names))?;
-        refuse_stretched(&world, world.naming(&names))?;
-        refuse_wells(&world, world.naming(&names))?;
+        refuse_unfit(&world, &elasticity, &names)?;
         world
             .restore_shells(&checkpoint.shells)
             .map_err(CheckpointError::Shell)?;
-        let checked = refuse_unresolved(&world, &elasticity);
-        checked
+        refuse_unresolved(&world, &elasticity)
             .and_then(|()| refuse_unsearched(&world, &detection))
             .map_err(|reason| reason.named(world.naming(&names)))?;
-        let is_axis = |axis: &Orientation| axis.turns().abs() <= 0.5;
-        if checkpoint.axes.len() > world.bodies.len()
-            || !checkpoint.axes.iter().flatten().all(is_axis)
-        {
-            return Err(CheckpointError::Axes(checkpoint.axes.len()));
-        }
-        if checkpoint.last_contacts.len() != world.last_contacts.len() {
-            return Err(CheckpointError::LastContacts(
-                checkpoint.last_contacts.len(),
-            ));
-        }
-        world.last_contacts.clone_from(&checkpoint.last_contacts);
-        world.axes.clone_from(&checkpoint.axes);
+        checkpoint.restore_bodies(&mut world)?;
         checkpoint.move_walls(&mut world)?;
         if let Some((index, value)) = too_slow(&world) {
             return Err(CheckpointError::Speed {
@@ -566,57 +522,17 @@ impl Checkpoint {
     /// Refuses counters so large that they could overflow, and times of last contacts in the
     /// future.
     fn refuse_overflowing(&self) -> Result<(), CheckpointError> {
-        let Counters {
-            collisions,
-            fixed_collisions,
-            thermal_collisions,
-            reactive_collisions,
-            reactions,
-            guarded_collisions,
-            joint_collisions,
-            bond_collisions,
-            step_collisions,
-            simultaneous_collisions,
-            epochs,
-            scheduler,
-        } = self.counters;
-        let SchedulerCounters {
-            crossings,
-            stale,
-            rechecks,
-            unresolved,
-            pairs,
-        } = scheduler;
         let out_of_range = |what, allowed, value| CheckpointError::OutOfRange {
             what,
             allowed,
             value,
         };
+        let simultaneous = self.simultaneous.counts.values().copied().max();
         let counts = [
-            collisions,
-            fixed_collisions,
-            thermal_collisions,
-            reactive_collisions,
-            reactions,
+            self.counters.largest_count(),
             self.reactions.largest_count(),
-            guarded_collisions,
-            joint_collisions,
-            bond_collisions,
-            step_collisions,
-            simultaneous_collisions,
-            epochs,
-            crossings,
-            stale,
-            rechecks,
-            unresolved,
-            pairs,
             self.next_key.0,
-            self.simultaneous
-                .counts
-                .values()
-                .copied()
-                .max()
-                .map_or(0, |count| u64::from(count) << 32),
+            simultaneous.map_or(0, |count| u64::from(count) << 32),
             u64::from(self.unresolved.count) << 32,
             self.heat.largest_count(),
         ];
@@ -680,37 +596,8 @@ impl Checkpoint {
                 bounds.sides(),
             )?;
             record.check(molecule, &bounds).map_err(wrong)?;
-            let Motion {
-                velocity,
-                angular_velocity,
-                ..
-            } = record.motion;
-            let too_fast = |quantity, value| CheckpointError::Speed {
-                index,
-                quantity,
-                value,
-            };
-            let speed = velocity.abs().max_element();
-            if speed > MAX_MAGNITUDE {
-                return Err(too_fast("a component of the velocity", speed));
-            }
-            // A small molecule may turn faster than a scene may specify, but the speed of its rim
-            // is at most 1e60.
-            let spin = angular_velocity.abs();
-            if spin > MAX_MAGNITUDE && spin * molecule.bounding_radius() > MAX_MAGNITUDE {
-                return Err(too_fast("the angular velocity", spin));
-            }
-            let kind = BodyKind {
-                molecule: Arc::clone(molecule),
-                inertia: record
-                    .rotation
-                    .map_or(Inertia::FIXED, |rotation| inertia(molecule, rotation)),
-                tags: record.tags.clone(),
-                tag_class: 0,
-                has_rough_contacts: false,
-                temperature: record.temperature,
-            };
-            world.push_body(record.key, kind);
+            record.check_speeds(index, molecule)?;
+            world.push_body(record.key, record.kind(molecule));
             world.motions.push(record.motion);
             world.windings.push(record.winding);
         }
@@ -727,6 +614,51 @@ impl Checkpoint {
             return Err(CheckpointError::Tilt(tilt));
         }
         world.bounds = world.bounds.tilted(tilt);
+        Ok(())
+    }
+
+    /// Gives the walls that oscillate their oscillations.
+    fn oscillate_walls(&self, world: &mut World) -> Result<(), CheckpointError> {
+        let is_valid = |(wall, oscillation): (usize, &Option<Oscillation>)| {
+            oscillation.is_none_or(|oscillation| {
+                let body = world.bodies.get(wall).zip(world.motions.get(wall));
+                body.is_some_and(|(body, motion)| {
+                    body.is_wall()
+                        && body.is_fixed()
+                        && oscillation.is_of(motion, world.bounds.sides())
+                })
+            })
+        };
+        let is_canonical = self.oscillations.len() <= world.bodies.len()
+            && (self.oscillations.is_empty() || self.oscillations.iter().any(Option::is_some));
+        if !is_canonical {
+            return Err(CheckpointError::Oscillation(self.oscillations.len()));
+        }
+        let mut oscillations = self.oscillations.iter().enumerate();
+        if let Some(wrong) = oscillations.position(|oscillation| !is_valid(oscillation)) {
+            return Err(CheckpointError::Oscillation(wrong));
+        }
+        world.oscillations.clone_from(&self.oscillations);
+        Ok(())
+    }
+
+    /// The rules for pairs of bodies.
+    fn pair_table(&self, names: &mut TagNames) -> Result<PairTable, SceneError> {
+        let wells: Vec<WellSpec> = self.wells.iter().map(WellSpec::from).collect();
+        PairTable::new(&self.transparent, &self.diameter, &wells, names)
+    }
+
+    /// Gives the bodies their axes and the times of their last contacts.
+    fn restore_bodies(&self, world: &mut World) -> Result<(), CheckpointError> {
+        let is_axis = |axis: &Orientation| axis.turns().abs() <= 0.5;
+        if self.axes.len() > world.bodies.len() || !self.axes.iter().flatten().all(is_axis) {
+            return Err(CheckpointError::Axes(self.axes.len()));
+        }
+        if self.last_contacts.len() != world.last_contacts.len() {
+            return Err(CheckpointError::LastContacts(self.last_contacts.len()));
+        }
+        world.last_contacts.clone_from(&self.last_contacts);
+        world.axes.clone_from(&self.axes);
         Ok(())
     }
 
@@ -819,6 +751,53 @@ impl SavedBody {
         }
         Ok(())
     }
+
+    /// Refuses velocities out of range of the body at this index, which has this shape.
+    fn check_speeds(&self, index: usize, molecule: &Molecule) -> Result<(), CheckpointError> {
+        let too_fast = |quantity, value| CheckpointError::Speed {
+            index,
+            quantity,
+            value,
+        };
+        let speed = self.motion.velocity.abs().max_element();
+        if speed > MAX_MAGNITUDE {
+            return Err(too_fast("a component of the velocity", speed));
+        }
+        // A small molecule may turn faster than a scene may specify, but the speed of its rim is at
+        // most 1e60.
+        let spin = self.motion.angular_velocity.abs();
+        if spin > MAX_MAGNITUDE && spin * molecule.bounding_radius() > MAX_MAGNITUDE {
+            return Err(too_fast("the angular velocity", spin));
+        }
+        Ok(())
+    }
+
+    fn kind(&self, molecule: &Arc<Molecule>) -> BodyKind {
+        BodyKind {
+            molecule: Arc::clone(molecule),
+            inertia: self
+                .rotation
+                .map_or(Inertia::FIXED, |rotation| inertia(molecule, rotation)),
+            tags: self.tags.clone(),
+            tag_class: 0,
+            has_rough_contacts: false,
+            temperature: self.temperature,
+        }
+    }
+}
+
+/// Refuses bodies and rules that do not fit each other.
+fn refuse_unfit(
+    world: &World,
+    elasticity: &ElasticityTable,
+    names: &TagNames,
+) -> Result<(), SceneError> {
+    refuse_gravity(world)?;
+    refuse_shear(world, world.naming(names))?;
+    refuse_pistons(world, world.naming(names))?;
+    refuse_bonds(world, elasticity, world.naming(names))?;
+    refuse_stretched(world, world.naming(names))?;
+    refuse_wells(world, world.naming(names))
 }
 
 /// The shapes, and the bodies with the indices of their shapes.

@@ -154,69 +154,60 @@ impl<D: Detection + Clone, R: Response + Clone, S: Scheduler + Clone> Simulation
         times.fold(f64::INFINITY, f64::min)
     }
 
+    /// The bodies of the first contact within `horizon` and its time from now; `None` without one.
     fn soonest_by_brute_force(&self, horizon: f64) -> Option<(usize, usize, f64)> {
         let world = &self.world;
-        let exact = Exact::default();
-        let mut soonest: Option<(usize, usize, f64)> = None;
+        let (mut soonest, mut limit) = (None, horizon);
         for (number, bond) in (0..).zip(world.bonds()) {
             let motions = bond.bodies.map(|body| &world.motions[body as usize]);
-            let limit = soonest.map_or(horizon, |(_, _, time)| time);
             let (outcome, _) = world.first_bond_event(number, motions, self.offset, limit);
             if let Some(contact) = outcome.contact() {
-                let [a, b] = bond.bodies.map(|body| body as usize);
-                soonest = Some((a, b, contact.time));
+                (soonest, limit) = (Some(bond.bodies), contact.time);
             }
         }
         for (bodies, _) in world.shells.pairs() {
             let motions = bodies.map(|body| &world.motions[body as usize]);
-            let limit = soonest.map_or(horizon, |(_, _, time)| time);
             let (outcome, _) = world.first_step(bodies, motions, self.offset, limit);
             if let Some(contact) = outcome.contact() {
-                let [a, b] = bodies.map(|body| body as usize);
-                soonest = Some((a, b, contact.time));
+                (soonest, limit) = (Some(bodies), contact.time);
             }
         }
-        for i in 0..world.bodies.len() {
-            for j in 0..i {
-                if world.bodies[i].is_fixed() && world.bodies[j].is_fixed() {
-                    continue;
-                }
-                if world.bodies[i].is_wall() && world.bodies[j].is_wall() {
-                    continue;
-                }
-                let factor = world.pair_factor([i as u32, j as u32]);
-                if factor == 0.0 {
-                    continue;
-                }
-                for step in 0..25 {
-                    let bodies = [i as u32, j as u32];
-                    let motions = [&world.motions[i], &world.motions[j]];
-                    let image = [step % 5 - 2, step / 5 - 2];
-                    let pair = world.relative_motion(bodies, motions, image, self.offset);
-                    let (a, b) = (
-                        world.bodies[i].kind.molecule.outline(),
-                        world.bodies[j].kind.molecule.outline(),
-                    );
-                    let limit = soonest.map_or(horizon, |(_, _, time)| time);
-                    if factor != 1.0 {
-                        let reach = factor * (a.bounding_radius + b.bounding_radius);
-                        let speed = world.motions[i].velocity.abs().element_sum();
-                        let mut lanes = DiscLanes::empty(pair.separation_error, speed);
-                        lanes.set(0, pair.separation, pair.velocity, reach);
-                        let time = exact.disc_contacts(&lanes)[0];
-                        if time < limit {
-                            soonest = Some((i, j, time));
-                        }
-                        continue;
-                    }
-                    let (now, times) = (self.offset, [0.0, limit]);
-                    let answer = world.first_contact(&exact, bodies, [a, b], &pair, now, times);
-                    if let Some(contact) = answer.outcome.contact() {
-                        soonest = Some((i, j, contact.time));
-                    }
+        let count = world.bodies.len() as u32;
+        for bodies in (0..count).flat_map(|i| (0..i).map(move |j| [i, j])) {
+            let pair = bodies.map(|body| &world.bodies[body as usize]);
+            if pair.iter().all(|body| body.is_fixed()) || pair.iter().all(|body| body.is_wall()) {
+                continue;
+            }
+            for image in (0..25).map(|step| [step % 5 - 2, step / 5 - 2]) {
+                if let Some(time) = self.first_contact_in_image(bodies, image, limit) {
+                    (soonest, limit) = (Some(bodies), time);
                 }
             }
         }
-        soonest
+        soonest.map(|[i, j]| (i as usize, j as usize, limit))
+    }
+
+    /// The time from now until the first contact of two bodies in an image; `None` without one
+    /// within `limit`.
+    fn first_contact_in_image(&self, bodies: [u32; 2], image: [i64; 2], limit: f64) -> Option<f64> {
+        let (world, exact) = (&self.world, Exact::default());
+        let factor = world.pair_factor(bodies);
+        if factor == 0.0 {
+            return None;
+        }
+        let motions = bodies.map(|body| &world.motions[body as usize]);
+        let [a, b] = bodies.map(|body| world.bodies[body as usize].kind.molecule.outline());
+        let pair = world.relative_motion(bodies, motions, image, self.offset);
+        if factor != 1.0 {
+            let reach = factor * (a.bounding_radius + b.bounding_radius);
+            let speed = motions[0].velocity.abs().element_sum();
+            let mut lanes = DiscLanes::empty(pair.separation_error, speed);
+            lanes.set(0, pair.separation, pair.velocity, reach);
+            let time = exact.disc_contacts(&lanes)[0];
+            return (time < limit).then_some(time);
+        }
+        let times = [0.0, limit];
+        let answer = world.first_contact(&exact, bodies, [a, b], &pair, self.offset, times);
+        answer.outcome.contact().map(|contact| contact.time)
     }
 }

@@ -13,6 +13,7 @@ use crate::{
         pistons::{Piston, is_force},
         rounding_bound::rounding_bound,
         wall::StandingWall,
+        wall_table::WallTable,
     },
 };
 
@@ -49,40 +50,20 @@ fn free_piston(
     index: usize,
     entry: &str,
 ) -> Result<(), SceneError> {
-    let refused = |text: String| Err(SceneError::of_entry(entry, text));
-    let geometry = |reason| SceneError::Geometry {
-        entry: entry.to_owned(),
-        reason,
-    };
-    for number in spec
-        .stops
-        .into_iter()
-        .flatten()
-        .chain([spec.velocity, spec.force])
-        .chain(spec.relaxed_at)
-    {
-        check_length("a number of a piston", number).map_err(geometry)?;
-    }
+    check_numbers(entry, spec)?;
     let Some(axis) = world.bodies[index].axis_across() else {
-        return refused("a piston must be a wall across the box".to_owned());
+        let problem = "a piston must be a wall across the box";
+        return Err(SceneError::of_entry(entry, problem));
     };
-    if !(MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&spec.mass) {
-        return refused(format!(
-            "`mass` must be from {MIN_MAGNITUDE:e} to {MAX_MAGNITUDE:e}, but is {:e}",
-            spec.mass
-        ));
-    }
-    let side = world.bounds.sides()[axis];
+    check_mass(entry, spec.mass)?;
     let place = world.motions[index].position[axis];
-    let stops = match spec.stops {
-        Some(stops) => stops,
-        None => default_stops(world, index, axis).ok_or_else(|| {
-            SceneError::of_entry(
-                entry,
-                "a piston needs `stops` where no other wall across the box is parallel to it",
-            )
-        })?,
-    };
+    let stops = spec.stops.or_else(|| default_stops(world, index, axis));
+    let stops = stops.ok_or_else(|| {
+        SceneError::of_entry(
+            entry,
+            "a piston needs `stops` where no other wall across the box is parallel to it",
+        )
+    })?;
     let piston = Piston {
         key: world.bodies[index].key(),
         mass: spec.mass,
@@ -97,18 +78,7 @@ fn free_piston(
     check_stop_elasticity(entry, spec.stop_elasticity)?;
     check_spring(entry, spec)?;
     check_force(entry, spec.force, spec.mass)?;
-    if !piston.is_valid(side) {
-        return refused(format!(
-            "`stops` must ascend between 0 and the side of the box, {side:e}, but are {:e} and {:e}",
-            stops[0], stops[1]
-        ));
-    }
-    if !(stops[0] <= place && place <= stops[1]) {
-        return refused(format!(
-            "a piston must begin between its stops, {:e} and {:e}, but is at {place:e}",
-            stops[0], stops[1]
-        ));
-    }
+    check_stops(entry, &piston, place, world.bounds.sides()[axis])?;
     let motion = Motion {
         velocity: DVec2::AXES[axis] * spec.velocity,
         ..world.motions[index]
@@ -117,6 +87,46 @@ fn free_piston(
     world.motions[index] = motion;
     world.free_piston(index, piston);
     Ok(())
+}
+
+/// Refuses lengths and speeds that are out of range.
+fn check_numbers(entry: &str, spec: &PistonSpec) -> Result<(), SceneError> {
+    let numbers = spec.stops.into_iter().flatten();
+    for number in numbers
+        .chain([spec.velocity, spec.force])
+        .chain(spec.relaxed_at)
+    {
+        check_length("a number of a piston", number).map_err(|reason| SceneError::Geometry {
+            entry: entry.to_owned(),
+            reason,
+        })?;
+    }
+    Ok(())
+}
+
+fn check_mass(entry: &str, mass: f64) -> Result<(), SceneError> {
+    if (MIN_MAGNITUDE..=MAX_MAGNITUDE).contains(&mass) {
+        return Ok(());
+    }
+    let problem =
+        format!("`mass` must be from {MIN_MAGNITUDE:e} to {MAX_MAGNITUDE:e}, but is {mass:e}");
+    Err(SceneError::of_entry(entry, problem))
+}
+
+/// Refuses stops out of a box of this side, or that do not enclose the place of the piston
+/// (length).
+fn check_stops(entry: &str, piston: &Piston, place: f64, side: f64) -> Result<(), SceneError> {
+    let [low, high] = piston.stops;
+    let problem = if !piston.is_valid(side) {
+        format!(
+            "`stops` must ascend between 0 and the side of the box, {side:e}, but are {low:e} and {high:e}"
+        )
+    } else if (low..=high).contains(&place) {
+        return Ok(());
+    } else {
+        format!("a piston must begin between its stops, {low:e} and {high:e}, but is at {place:e}")
+    };
+    Err(SceneError::of_entry(entry, problem))
 }
 
 /// A force on a piston of this mass that is in its range. `entry` names the piston in errors.
@@ -217,6 +227,12 @@ fn refuse_piston(world: &World, index: usize) -> Result<(), String> {
                 .to_owned(),
         );
     }
+    refuse_forces(world, index, piston, axis)?;
+    (0..world.bodies.len()).try_for_each(|other| refuse_obstacle(world, index, piston, axis, other))
+}
+
+/// Refuses a piston that its forces press against a stop, or whose spring balances them far away.
+fn refuse_forces(world: &World, index: usize, piston: &Piston, axis: usize) -> Result<(), String> {
     let motion = &world.motions[index];
     let (place, constant) = (motion.position[axis], world.acceleration(index)[axis]);
     let acceleration = piston.acceleration_at(place, constant);
@@ -229,11 +245,10 @@ fn refuse_piston(world: &World, index: usize) -> Result<(), String> {
                 .to_owned(),
         );
     }
-    let side = world.bounds.sides()[axis];
     if piston.stiffness > 0.0 {
         let balance = piston.balance(constant);
         let away = piston.stops.map(|stop| (balance - stop).abs());
-        let most = MAX_STRETCH * side;
+        let most = MAX_STRETCH * world.bounds.sides()[axis];
         if away[0].max(away[1]) > most {
             return Err(format!(
                 "its spring balances force and gravity at {balance:e}, farther than {most:e} from a stop (length): give \
@@ -241,53 +256,59 @@ fn refuse_piston(world: &World, index: usize) -> Result<(), String> {
             ));
         }
     }
+    Ok(())
+}
+
+/// Refuses a body that a piston overlaps or may meet: a fixed body, a wall or another piston.
+fn refuse_obstacle(
+    world: &World,
+    index: usize,
+    piston: &Piston,
+    axis: usize,
+    other: usize,
+) -> Result<(), String> {
+    let (body, wall) = (&world.bodies[index], &world.bodies[other]);
+    let is_seen = || world.pairs.sees(&body.kind.tags, &wall.kind.tags);
+    if wall.is_fixed() && !wall.is_wall() && is_seen() && overlaps(world, index, other, axis) {
+        return Err(format!("the piston overlaps fixed body {}", wall.id()));
+    }
+    if other == index || !wall.is_wall() {
+        return Ok(());
+    }
+    let motion = &world.motions[other];
+    let Some([from, to]) = range_of(world, other, wall, motion, axis) else {
+        // A wall across the box along the axis of the piston: both cross everywhere.
+        if world.piston(other).is_some() {
+            return Err("all pistons of a system must move along the same axis".to_owned());
+        }
+        return Ok(());
+    };
+    let is_of_wall = |table: &WallTable| table.key == wall.key();
+    let moves = wall.is_fixed()
+        && (!motion.is_at_rest()
+            || world.oscillation(other).is_some()
+            || world.wall_tables.iter().any(is_of_wall));
+    if moves {
+        return Err(
+            "a piston cannot be in one system with a wall that moves along its axis or has end points yet"
+                .to_owned(),
+        );
+    }
     let [low, high] = [
         piston.stops[0] - body.reach(),
         piston.stops[1] + body.reach(),
     ];
-    let enters = |from: f64, to: f64| {
-        let images = [-1.0, 0.0, 1.0].map(|image| image * side);
-        images
-            .iter()
-            .any(|shift| from + shift < high && to + shift > low)
-    };
-    for (other, wall) in world.bodies.iter().enumerate() {
-        let motion = &world.motions[other];
-        let is_seen = || world.pairs.sees(&body.kind.tags, &wall.kind.tags);
-        if wall.is_fixed() && !wall.is_wall() && is_seen() && overlaps(world, index, other, axis) {
-            return Err(format!("the piston overlaps fixed body {}", wall.id()));
-        }
-        if other == index || !wall.is_wall() {
-            continue;
-        }
-        let moves = wall.is_fixed()
-            && (!motion.is_at_rest()
-                || world.oscillation(other).is_some()
-                || world
-                    .wall_tables
-                    .iter()
-                    .any(|table| table.key == wall.key()));
-        let range = range_of(world, other, wall, motion, axis);
-        let Some([from, to]) = range else {
-            // A wall across the box along the axis of the piston: both cross everywhere.
-            if world.piston(other).is_some() {
-                return Err("all pistons of a system must move along the same axis".to_owned());
-            }
-            continue;
-        };
-        if moves {
-            return Err(
-                "a piston cannot be in one system with a wall that moves along its axis or has end points yet"
-                    .to_owned(),
-            );
-        }
-        if enters(from, to) {
-            return Err(format!(
-                "the piston may meet a wall or another piston that lies from {from:e} to {to:e}, between its stops {:e} \
-                 and {:e}: choose other `stops`",
-                piston.stops[0], piston.stops[1]
-            ));
-        }
+    let side = world.bounds.sides()[axis];
+    let is_entered = [-1.0, 0.0, 1.0]
+        .map(|image| image * side)
+        .iter()
+        .any(|shift| from + shift < high && to + shift > low);
+    if is_entered {
+        return Err(format!(
+            "the piston may meet a wall or another piston that lies from {from:e} to {to:e}, between its stops {:e} \
+             and {:e}: choose other `stops`",
+            piston.stops[0], piston.stops[1]
+        ));
     }
     Ok(())
 }

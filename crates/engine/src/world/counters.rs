@@ -58,6 +58,38 @@ impl Counters {
     pub fn collisions_of_moving(&self) -> u64 {
         (2 * self.collisions).saturating_sub(self.fixed_collisions)
     }
+
+    /// The largest count, including those of the scheduler.
+    pub(crate) fn largest_count(&self) -> u64 {
+        let Self {
+            collisions,
+            fixed_collisions,
+            thermal_collisions,
+            reactive_collisions,
+            reactions,
+            guarded_collisions,
+            joint_collisions,
+            bond_collisions,
+            step_collisions,
+            simultaneous_collisions,
+            epochs,
+            scheduler,
+        } = *self;
+        let counts = [
+            collisions,
+            fixed_collisions,
+            thermal_collisions,
+            reactive_collisions,
+            reactions,
+            guarded_collisions,
+            joint_collisions,
+            bond_collisions,
+            step_collisions,
+            simultaneous_collisions,
+            epochs,
+        ];
+        counts.into_iter().fold(scheduler.largest_count(), u64::max)
+    }
 }
 
 /// Work of a scheduler in finding the contacts.
@@ -87,6 +119,20 @@ pub struct SchedulerCounters {
     /// [`CellScheduler`](crate::CellScheduler) are not counted, since counting them would take a
     /// noticeable share of the time of the search.
     pub pairs: u64,
+}
+
+impl SchedulerCounters {
+    fn largest_count(self) -> u64 {
+        let Self {
+            crossings,
+            stale,
+            rechecks,
+            unresolved,
+            pairs,
+        } = self;
+        let counts = [crossings, stale, rechecks, unresolved, pairs];
+        counts.into_iter().fold(0, u64::max)
+    }
 }
 
 impl Add for SchedulerCounters {

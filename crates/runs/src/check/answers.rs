@@ -104,57 +104,18 @@ impl Answers {
         method: &str,
         tiles: &str,
     ) -> String {
-        let number = |number: Option<f64>| number.map_or_else(|| "unknown".to_owned(), short);
-        let time = match estimate.seconds {
-            Some(seconds) => format!(
-                "about {} of processor time at {} collisions a second{}",
-                duration(seconds),
-                short(estimate.collisions_per_second),
-                if estimate.sample_seconds > 0.1 * seconds {
-                    format!(", {} of it for samples", duration(estimate.sample_seconds))
-                } else {
-                    String::new()
-                }
-            ),
-            None => "unknown: the trial made no progress in time".to_owned(),
-        };
         let row = |name: &str, words: String| [name.to_owned(), words];
         let mut rows = vec![
             row("system", contents.sentence()),
-            row(
-                "run",
-                format!(
-                    "to t = {}: {} collisions, {} of each body{}",
-                    contents.until,
-                    number(estimate.collisions),
-                    number(self.collisions_per_body),
-                    if self.is_extrapolated {
-                        "; extrapolated from a trial of the start, and the run is driven or loses energy"
-                    } else {
-                        ""
-                    }
-                ),
-            ),
-            row(
-                "flights",
-                format!(
-                    "mean free time {}, mean free path {}{}",
-                    number(self.mean_free_time),
-                    number(self.mean_free_path),
-                    if self.is_of_start {
-                        ", at the start"
-                    } else {
-                        ""
-                    }
-                ),
-            ),
+            row("run", self.run(contents, estimate)),
+            row("flights", self.flights()),
             row(
                 "samples",
                 format!("{}, {}", contents.samples, self.sampling),
             ),
             row("measured", self.measured.clone()),
             row("error", self.least_error()),
-            row("time", time),
+            row("time", time(estimate)),
             row("memory", memory(estimate)),
             row("method", format!("{method}; tiles {tiles}")),
         ];
@@ -162,6 +123,35 @@ impl Answers {
             rows.insert(TRANSPORT_ROW, row("transport", words.clone()));
         }
         table(rows)
+    }
+
+    /// The length of the run in words.
+    fn run(&self, contents: &CheckedContents, estimate: &TrialEstimate) -> String {
+        format!(
+            "to t = {}: {} collisions, {} of each body{}",
+            contents.until,
+            known(estimate.collisions),
+            known(self.collisions_per_body),
+            if self.is_extrapolated {
+                "; extrapolated from a trial of the start, and the run is driven or loses energy"
+            } else {
+                ""
+            }
+        )
+    }
+
+    /// The mean flight in words.
+    fn flights(&self) -> String {
+        format!(
+            "mean free time {}, mean free path {}{}",
+            known(self.mean_free_time),
+            known(self.mean_free_path),
+            if self.is_of_start {
+                ", at the start"
+            } else {
+                ""
+            }
+        )
     }
 
     /// The least relative error in words.
@@ -175,6 +165,28 @@ impl Answers {
             },
         )
     }
+}
+
+/// A number, if it is known.
+fn known(number: Option<f64>) -> String {
+    number.map_or_else(|| "unknown".to_owned(), short)
+}
+
+/// The processor time of the run, in words.
+fn time(estimate: &TrialEstimate) -> String {
+    let Some(seconds) = estimate.seconds else {
+        return "unknown: the trial made no progress in time".to_owned();
+    };
+    let of_samples = if estimate.sample_seconds > 0.1 * seconds {
+        format!(", {} of it for samples", duration(estimate.sample_seconds))
+    } else {
+        String::new()
+    };
+    format!(
+        "about {} of processor time at {} collisions a second{of_samples}",
+        duration(seconds),
+        short(estimate.collisions_per_second)
+    )
 }
 
 /// The memory of the run and the size of a checkpoint, in words.

@@ -71,55 +71,58 @@ struct Equal<'a> {
     body: &'a Body,
 }
 
+/// The bodies by kind, in the order of the first of each.
+fn kinds(view: &View<'_>) -> Vec<Kind> {
+    let mut groups: BTreeMap<Group<'_>, HashMap<[u64; 4], Equal<'_>>> = BTreeMap::new();
+    for (index, BodyView { body, motion, .. }) in view.bodies().enumerate() {
+        let molecule = body.molecule();
+        let group = (
+            body.tags(),
+            body.is_wall(),
+            [molecule.atoms().len(), molecule.edges().len()],
+            [body.is_fixed(), body.is_fixed() && !motion.is_at_rest()],
+            body.is_locked(),
+        );
+        let kt = body.wall_temperature().unwrap_or(0.0);
+        // Other shapes of one bounding radius differ in their area.
+        let area = if molecule.is_of_discs() {
+            0.0
+        } else {
+            molecule.area()
+        };
+        let key = [molecule.bounding_radius(), body.mass(), kt, area].map(f64::to_bits);
+        let new = Equal {
+            first: index,
+            number: 0,
+            body,
+        };
+        groups
+            .entry(group)
+            .or_default()
+            .entry(key)
+            .or_insert(new)
+            .number += 1;
+    }
+    let mut kinds: Vec<Kind> = Vec::new();
+    for group in groups.into_values() {
+        let mut all: Vec<Equal<'_>> = group.into_values().collect();
+        // The order of a hash map differs between runs of the program.
+        all.sort_by_key(|equal| equal.first);
+        let of_line = if all.len() > MAX_KINDS { all.len() } else { 1 };
+        kinds.extend(all.chunks(of_line).map(|equal| Kind::new(view, equal)));
+    }
+    kinds.sort_by_key(|kind| kind.first);
+    kinds
+}
+
 impl CheckedContents {
     pub(super) fn new(scene: &Scene, view: &View<'_>) -> Self {
         let (mut moving, mut turning, mut area) = (0, 0, 0.0);
-        let mut groups: BTreeMap<Group<'_>, HashMap<[u64; 4], Equal<'_>>> = BTreeMap::new();
-        for (index, BodyView { body, motion, .. }) in view.bodies().enumerate() {
-            let molecule = body.molecule();
-            area += molecule.area();
+        for BodyView { body, .. } in view.bodies() {
+            area += body.molecule().area();
             moving += usize::from(body.is_free());
             turning += usize::from(body.can_turn());
-            let group = (
-                body.tags(),
-                body.is_wall(),
-                [molecule.atoms().len(), molecule.edges().len()],
-                [body.is_fixed(), body.is_fixed() && !motion.is_at_rest()],
-                body.is_locked(),
-            );
-            let kt = body.wall_temperature().unwrap_or(0.0);
-            // Other shapes of one bounding radius differ in their area.
-            let area = if molecule.is_of_discs() {
-                0.0
-            } else {
-                molecule.area()
-            };
-            let key = [molecule.bounding_radius(), body.mass(), kt, area].map(f64::to_bits);
-            let new = Equal {
-                first: index,
-                number: 0,
-                body,
-            };
-            groups
-                .entry(group)
-                .or_default()
-                .entry(key)
-                .or_insert(new)
-                .number += 1;
         }
-        let mut bodies: Vec<Kind> = Vec::new();
-        for group in groups.into_values() {
-            let all: Vec<Equal<'_>> = group.into_values().collect();
-            if all.len() > MAX_KINDS {
-                bodies.push(Kind::new(view, &all));
-            } else {
-                bodies.extend(
-                    all.iter()
-                        .map(|one| Kind::new(view, std::slice::from_ref(one))),
-                );
-            }
-        }
-        bodies.sort_by_key(|kind| kind.first);
         let box_area = view.bounds().area();
         let summed = overlapping_areas(scene, view) / box_area;
         let overlapping = (summed > 0.0).then(|| [-(-summed).exp_m1(), summed]);
@@ -127,7 +130,7 @@ impl CheckedContents {
         Self {
             sides: view.bounds().sides().into(),
             seed: scene.bounds.seed,
-            bodies,
+            bodies: kinds(view),
             moving,
             turning,
             area_fraction: area / box_area

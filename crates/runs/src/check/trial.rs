@@ -124,68 +124,26 @@ impl Trial {
         run: &RunSpec,
         tiling: &Tiling,
     ) -> Result<Self> {
-        let until = run.until;
         simulation.set_tiling(&Tiling::NONE);
-        measures.start(&simulation.view());
-        let before = measures.sizes()?;
-        measures.sample(&simulation.view());
-        let after = measures.sizes()?.into_iter();
-        let grown = after
-            .zip(before)
-            .map(|(after, before)| after.saturating_sub(before));
-        let lags = measures.bytes_of_lags(&grown.collect::<Vec<_>>(), run);
+        let lags = bytes_of_lags(simulation, measures, run)?;
         measures.check(&simulation.view());
-        let end = EpochTime::from(until);
+        let end = EpochTime::from(run.until);
         let clock = ProcessTime::now();
-        let mut is_whole = step(simulation, measures, end)?;
+        let is_whole = step(simulation, measures, end)?;
         let first = clock.elapsed().as_secs_f64();
-        let clock = ProcessTime::now();
-        let bounds = TrialBounds::new(simulation, measures, end, clock);
-        let (start, epochs_before) = (simulation.time(), simulation.view().counters().epochs);
-        while !is_whole && bounds.contacts(simulation) < FIRST_CONTACTS && bounds.allow(simulation)
-        {
-            is_whole = step(simulation, measures, end)?;
-        }
-        let so_far = |simulation: &AnySimulation| {
-            let simulated = simulation.time().since(start);
-            [bounds.contacts(simulation) as f64, simulated]
-        };
-        let mut early = so_far(simulation);
-        // A stop stores the motions of all bodies, which a run does at its samples only.
-        let mut seconds = clock.elapsed().as_secs_f64();
-        simulation.observe_until(simulation.time().to_f64(), measures)?;
-        let stop = clock.elapsed().as_secs_f64() - seconds;
-        // It doubles, so that a stretch takes at most about twice as long as all before it. If all
-        // contacts so far are at one instant, it begins at the least number.
-        let mut stretch = simulation.time().since(start).max(f64::MIN_POSITIVE);
-        while !is_whole && bounds.allow(simulation) {
-            let now = clock.elapsed().as_secs_f64();
-            is_whole = bounds.advance(simulation, measures, stretch)?;
-            if early[0] < EARLY_CONTACTS as f64 {
-                early = so_far(simulation);
-            }
-            let taken = (clock.elapsed().as_secs_f64() - now - stop).max(0.0);
-            seconds += taken;
-            if taken < STRETCH_SECONDS {
-                stretch *= 2.0;
-            }
-        }
+        let bounds = TrialBounds::new(simulation, measures, end);
+        let epochs_before = simulation.view().counters().epochs;
+        let in_order = bounds.run_in_order(simulation, measures, is_whole)?;
+        let mut seconds = in_order.seconds;
         let mut pace = [bounds.contacts(simulation) as f64, seconds];
         simulation.set_tiling(tiling);
-        if !is_whole && matches!(simulation.tile_use(), TileUse::Tiles(_)) {
-            // Tiles know the length of their windows only once they run.
-            let rate = bounds.contacts(simulation) as f64 / simulation.time().since(start);
-            let window = 0.5 * simulation.view().len() as f64 / rate * tiling.window;
-            let is_short = MIN_WINDOWS * window <= end.since(simulation.time());
-            if is_short && bounds.allow_more(simulation) {
-                let clock = ProcessTime::now();
-                simulation.observe_until(simulation.time().to_f64() + window, measures)?;
-                let taken = (clock.elapsed().as_secs_f64() - stop).max(0.0);
-                seconds += taken;
-                pace = [bounds.contacts(simulation) as f64 - pace[0], taken];
-            }
+        if !in_order.is_whole
+            && let Some(window) = bounds.run_window(simulation, measures, tiling, in_order.stop)?
+        {
+            seconds += window[1];
+            pace = window;
         }
-        let simulated = simulation.time().since(start);
+        let simulated = simulation.time().since(bounds.start);
         let contacts = bounds.contacts(simulation);
         let epochs = simulation.view().counters().epochs - epochs_before;
         let clock = ProcessTime::now();
@@ -199,10 +157,10 @@ impl Trial {
             pace,
             first,
             sample,
-            is_whole,
-            until,
+            is_whole: in_order.is_whole,
+            until: run.until,
             lags,
-            early,
+            early: in_order.early,
         })
     }
 
@@ -247,6 +205,32 @@ impl Trial {
         (self.first + contacts * each, false)
     }
 
+    /// Processor time of the run between its samples, with this number of contacts and this time of
+    /// an epoch (seconds).
+    fn contacts_seconds(
+        &self,
+        simulation: &AnySimulation,
+        collisions: Option<f64>,
+        epoch_seconds: f64,
+    ) -> Option<f64> {
+        if self.is_whole {
+            return Some(self.seconds);
+        }
+        let number = collisions?;
+        let all = if self.contacts == 0 {
+            self.seconds * self.whole_over_trial(simulation).unwrap_or_default()
+        } else {
+            number / self.speed()
+        };
+        // An epoch begins with a prediction of all bodies, which a short trial leaves out.
+        let epochs = if self.epochs > 0 {
+            0.0
+        } else {
+            all / epoch_seconds
+        };
+        Some(all + epochs * self.first)
+    }
+
     /// The estimate for the whole run. The simulation is the one of the trial.
     ///
     /// # Errors
@@ -273,24 +257,7 @@ impl Trial {
         let (snapshots, snapshot_seconds) = snapshots(simulation, scene)?;
         let sample_seconds = contents.samples as f64 * self.sample + snapshot_seconds;
         let more = sample_seconds + actions.map_or(0.0, |actions| actions.seconds);
-        let contacts_seconds = if self.is_whole {
-            Some(self.seconds)
-        } else {
-            collisions.map(|number| {
-                let all = if self.contacts == 0 {
-                    self.seconds * self.whole_over_trial(simulation).unwrap_or_default()
-                } else {
-                    number / self.speed()
-                };
-                // An epoch begins with a prediction of all bodies, which a short trial leaves out.
-                let epochs = if self.epochs > 0 {
-                    0.0
-                } else {
-                    all / epoch_seconds
-                };
-                all + epochs * self.first
-            })
-        };
+        let contacts_seconds = self.contacts_seconds(simulation, collisions, epoch_seconds);
         let state = encode(&simulation.end_epoch_here())?.len() + of_measures;
         Ok(TrialEstimate {
             trial_collisions: self.contacts,
@@ -325,6 +292,34 @@ fn step(simulation: &mut AnySimulation, measures: &mut Measures, end: EpochTime)
     Ok(contacts == 0 && simulation.time() >= end)
 }
 
+/// Starts the measures and takes their first sample; returns the size of the samples of past times
+/// at the end of the run (bytes).
+fn bytes_of_lags(
+    simulation: &AnySimulation,
+    measures: &mut Measures,
+    run: &RunSpec,
+) -> Result<u64> {
+    measures.start(&simulation.view());
+    let before = measures.sizes()?;
+    measures.sample(&simulation.view());
+    let after = measures.sizes()?.into_iter();
+    let grown = after
+        .zip(before)
+        .map(|(after, before)| after.saturating_sub(before));
+    Ok(measures.bytes_of_lags(&grown.collect::<Vec<_>>(), run))
+}
+
+/// The first part of a trial, which runs in order.
+struct InOrder {
+    is_whole: bool,
+    /// Contacts and simulated time (time) at its start.
+    early: [f64; 2],
+    /// Processor time (seconds).
+    seconds: f64,
+    /// Processor time of a stop (seconds).
+    stop: f64,
+}
+
 /// What ends a trial.
 struct TrialBounds {
     /// The end of the run.
@@ -333,6 +328,8 @@ struct TrialBounds {
     most: u64,
     /// Collisions before the first of them.
     before: u64,
+    /// The time after the first step.
+    start: EpochTime,
     /// The time at which a tenth of the run is done.
     enough: EpochTime,
     /// Begins after the first step.
@@ -341,12 +338,8 @@ struct TrialBounds {
 
 impl TrialBounds {
     /// The bounds from the present state on.
-    fn new(
-        simulation: &AnySimulation,
-        measures: &Measures,
-        end: EpochTime,
-        clock: ProcessTime,
-    ) -> Self {
+    fn new(simulation: &AnySimulation, measures: &Measures, end: EpochTime) -> Self {
+        let clock = ProcessTime::now();
         let most = if measures.watching().is_empty() {
             u64::MAX
         } else {
@@ -358,6 +351,7 @@ impl TrialBounds {
             end,
             most,
             before,
+            start: now,
             enough: now.after(MAX_SHARE * end.since(now)),
             clock,
         }
@@ -366,6 +360,12 @@ impl TrialBounds {
     /// Contacts so far.
     fn contacts(&self, simulation: &AnySimulation) -> u64 {
         simulation.view().counters().collisions - self.before
+    }
+
+    /// Contacts and simulated time (time) so far.
+    fn so_far(&self, simulation: &AnySimulation) -> [f64; 2] {
+        let simulated = simulation.time().since(self.start);
+        [self.contacts(simulation) as f64, simulated]
     }
 
     /// Whether the trial may continue.
@@ -379,6 +379,72 @@ impl TrialBounds {
     fn allow_more(&self, simulation: &AnySimulation) -> bool {
         let more = 4 * simulation.view().len() as u64;
         self.contacts(simulation).saturating_add(more) < self.most
+    }
+
+    /// Runs in order, contact by contact and then in stretches, as far as the trial may continue.
+    /// `is_whole` tells whether the end of the run is reached already.
+    fn run_in_order(
+        &self,
+        simulation: &mut AnySimulation,
+        measures: &mut Measures,
+        mut is_whole: bool,
+    ) -> Result<InOrder> {
+        while !is_whole && self.contacts(simulation) < FIRST_CONTACTS && self.allow(simulation) {
+            is_whole = step(simulation, measures, self.end)?;
+        }
+        let mut early = self.so_far(simulation);
+        // A stop stores the motions of all bodies, which a run does at its samples only.
+        let mut seconds = self.clock.elapsed().as_secs_f64();
+        simulation.observe_until(simulation.time().to_f64(), measures)?;
+        let stop = self.clock.elapsed().as_secs_f64() - seconds;
+        // It doubles, so that a stretch takes at most about twice as long as all before it. If all
+        // contacts so far are at one instant, it begins at the least number.
+        let mut stretch = simulation.time().since(self.start).max(f64::MIN_POSITIVE);
+        while !is_whole && self.allow(simulation) {
+            let now = self.clock.elapsed().as_secs_f64();
+            is_whole = self.advance(simulation, measures, stretch)?;
+            if early[0] < EARLY_CONTACTS as f64 {
+                early = self.so_far(simulation);
+            }
+            let taken = (self.clock.elapsed().as_secs_f64() - now - stop).max(0.0);
+            seconds += taken;
+            if taken < STRETCH_SECONDS {
+                stretch *= 2.0;
+            }
+        }
+        Ok(InOrder {
+            is_whole,
+            early,
+            seconds,
+            stop,
+        })
+    }
+
+    /// Runs for a window of tiles, and returns its contacts and its processor time without that of
+    /// a stop (seconds). `None` if the run is not in tiles, or if the trial would take as long as
+    /// the run.
+    fn run_window(
+        &self,
+        simulation: &mut AnySimulation,
+        measures: &mut Measures,
+        tiling: &Tiling,
+        stop: f64,
+    ) -> Result<Option<[f64; 2]>> {
+        if !matches!(simulation.tile_use(), TileUse::Tiles(_)) {
+            return Ok(None);
+        }
+        // Tiles know the length of their windows only once they run.
+        let [before, simulated] = self.so_far(simulation);
+        let rate = before / simulated;
+        let window = 0.5 * simulation.view().len() as f64 / rate * tiling.window;
+        let is_short = MIN_WINDOWS * window <= self.end.since(simulation.time());
+        if !is_short || !self.allow_more(simulation) {
+            return Ok(None);
+        }
+        let clock = ProcessTime::now();
+        simulation.observe_until(simulation.time().to_f64() + window, measures)?;
+        let taken = (clock.elapsed().as_secs_f64() - stop).max(0.0);
+        Ok(Some([self.contacts(simulation) as f64 - before, taken]))
     }
 
     /// Runs for a stretch of time, as far as the trial may continue; returns whether the end of the

@@ -2,7 +2,8 @@
 //! sums of one run, and anew from those of several runs together.
 //!
 //! At which lags a coefficient is read depends on the data. So the coefficients of replicas are not
-//! averaged: they belong to different lags.
+//! averaged: they belong to different lags. Nor are rates of events, whose error comes from the
+//! number of events in all runs.
 
 use carom_tables::{BlockMean, Figure, Sums, block_sums, significant};
 use serde::{Deserialize, Serialize};
@@ -30,7 +31,8 @@ pub struct Coefficient {
     /// The coefficient by what is read from the curve.
     factor: f64,
     reading: Reading,
-    /// The number of the sums of the curve at the first lag; those at the others follow.
+    /// The number of the sums of the curve at the first lag, or of the events; those at the other
+    /// lags follow.
     curve: usize,
     /// All lags (time), from 0 on.
     lags: Vec<f64>,
@@ -52,6 +54,13 @@ pub(crate) enum Reading {
     Decay { memory: usize },
     /// The integral from lag 0 on.
     Integral,
+    /// No curve, but the rate of events: their number over the time, with the error R/√n of n
+    /// events.
+    ///
+    /// Events such as first passages happen early, so that blocks of time are no sample of them. If
+    /// the rate R is constant, n events have the information n/R² about it, whether or not other
+    /// bodies still wait (Cox and Oakes 1984, "Analysis of Survival Data", chapter 3).
+    EventRate,
 }
 
 impl Coefficient {
@@ -141,6 +150,12 @@ impl Coefficient {
                 let name = format!("{}, up to lag {}", self.name, significant(until, 3));
                 (name, integral.value, Some(integral.standard_error))
             }
+            Reading::EventRate => {
+                let [events, time] = *total.get(self.curve)?;
+                let rate = (time > 0.0).then(|| events / time)?;
+                let error = (events > 0.0).then(|| rate / events.sqrt());
+                (self.name.clone(), rate, error)
+            }
         };
         let name = match &self.label {
             Some(label) => format!("{name}, {label}"),
@@ -211,4 +226,27 @@ fn known_cosines(cosines: &[BlockMean]) -> Vec<BlockMean> {
             ..*mean
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_error_of_a_rate_of_events_is_that_of_their_number() {
+        let rate = Coefficient::new(
+            ("rate", "1/time"),
+            (Reading::EventRate, 1.0),
+            1,
+            &[],
+            (Some("gas"), 0.5),
+        );
+        let figure = |sums| rate.figure(&[[0.0; 2], sums], &[]);
+        let found = figure([36.0, 60.0]).unwrap();
+        assert_eq!((found.name.as_str(), found.value), ("rate, gas", 0.6));
+        assert!((found.standard_error.unwrap() - 0.1).abs() < 1e-15);
+        let without = figure([0.0, 60.0]).unwrap();
+        assert_eq!((without.value, without.standard_error), (0.0, None));
+        assert_eq!(figure([0.0, 0.0]), None);
+    }
 }

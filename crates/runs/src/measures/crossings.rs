@@ -10,7 +10,11 @@ use super::{
     Context, Default, Label, MeasureKind, Measured, Of, Parameter, Results, Selection, Span,
     in_blocks, known::Known, point_bytes, resumed,
 };
-use crate::{append_file::AppendFiles, series::CROSSINGS};
+use crate::{
+    append_file::AppendFiles,
+    curves::{Coefficient, Reading},
+    series::CROSSINGS,
+};
 
 pub(super) const KIND: MeasureKind = MeasureKind {
     name: "crossings",
@@ -92,18 +96,15 @@ fn observer(selection: &Selection<'_>) -> Result<Crossings> {
 /// The place of the first passages among the sums.
 const FIRST_PASSAGES: usize = 4;
 
-/// The mean rate R with the error R/√n of n first passages; none without passages.
-///
-/// Passages happen early, so that blocks of time are no sample of them. If the rate is constant, n
-/// passages have the information n/R² about it, whether or not other bodies still wait (Cox and
-/// Oakes 1984, "Analysis of Survival Data", chapter 3).
-fn rate_of_first_passages(rate: BlockMean, passages: u64) -> BlockMean {
-    let error = |rate: f64| rate / (passages as f64).sqrt();
-    BlockMean {
-        standard_error: rate.value.filter(|_| passages > 0).map(error),
-        quantity: None,
-        ..rate
-    }
+/// The rate of first passages, which merged runs have from the sums of all.
+fn rate_of_first_passages(context: &Context<'_>) -> Coefficient {
+    Coefficient::new(
+        ("rate of first passages", "1/time"),
+        (Reading::EventRate, 1.0),
+        FIRST_PASSAGES,
+        &[],
+        context.of_curves(),
+    )
 }
 
 /// Source of the flux.
@@ -129,31 +130,27 @@ impl Measured for CrossingsOfGroup {
             share * crossings.length() * count / gas.area * (variance / TAU).sqrt()
         });
         let zero = flux.map(|_| 0.0);
-        let mut means = means.to_vec();
-        if let Some(rate) = means.get_mut(FIRST_PASSAGES) {
-            *rate = rate_of_first_passages(*rate, crossings.first_passages());
-        }
         let rows = [
             ("crossings forward", "1/time", flux),
             ("crossings backward", "1/time", flux),
             ("net crossings", "1/time", zero),
             ("net energy through the segment", "mass·length²/time³", zero),
-            ("rate of first passages", "1/time", None),
         ];
-        let figures =
-            rows.into_iter()
-                .zip(&means)
-                .filter_map(|((name, unit, prediction), mean)| {
-                    Some(
-                        context
-                            .figure(name, unit, mean)?
-                            .predicted(prediction, KINETIC),
-                    )
-                });
+        let figures = rows
+            .into_iter()
+            .zip(means)
+            .filter_map(|((name, unit, prediction), mean)| {
+                Some(
+                    context
+                        .figure(name, unit, mean)?
+                        .predicted(prediction, KINETIC),
+                )
+            });
         let is_recorded = crossings.is_logged();
         Results {
             tables: vec![series(crossings, context)],
             figures: figures.collect(),
+            coefficients: vec![rate_of_first_passages(context)],
             files: is_recorded
                 .then(|| context.label.file(CROSSINGS.name))
                 .into_iter()
@@ -201,26 +198,4 @@ fn caption(crossings: &Crossings) -> String {
          bodies that have not crossed yet. The rate of first passages is their number over the time that all bodies \
          waited.{left_out}"
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_error_of_the_rate_is_that_of_the_number_of_passages() {
-        let of_blocks = BlockMean {
-            value: Some(0.6),
-            standard_error: Some(1.0),
-            quantity: Some(FIRST_PASSAGES),
-        };
-        let found = rate_of_first_passages(of_blocks, 36);
-        assert!((found.standard_error.unwrap() - 0.1).abs() < 1e-15);
-        assert_eq!((found.value, found.quantity), (Some(0.6), None));
-        let without = BlockMean {
-            value: Some(0.0),
-            ..of_blocks
-        };
-        assert_eq!(rate_of_first_passages(without, 0).standard_error, None);
-    }
 }

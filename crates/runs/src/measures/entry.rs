@@ -75,6 +75,36 @@ enum Stage {
     HasEnded,
 }
 
+/// Whether neither heated walls nor thermostats, a drag or a shear act on the bodies.
+fn is_left_alone(scene: &Scene) -> bool {
+    !scene.has_heated_walls()
+        && !stages::is_dragged(scene)
+        && !stages::is_sheared(scene)
+        && scene.stage.iter().all(|stage| stage.thermostat.is_empty())
+}
+
+/// The decades of lags for which a measure keeps the samples of all bodies; 0 if it keeps none.
+fn decades_of_lags(kind: &MeasureKind, selection: &Selection<'_>) -> u32 {
+    let has_lags = |parameter: &Parameter| parameter.about == MAX_LAG.about;
+    if !kind.parameters.iter().any(has_lags) {
+        return 0;
+    }
+    let spacings = selection.longest_lag() / selection.interval();
+    spacings.log10().clamp(0.0, MAX_DECADES) as u32 + 1
+}
+
+/// A figure judged by the blocks of its sums, which lie in this span of time.
+fn judged(figure: Figure, blocks: &[Sums], span: [f64; 2]) -> Figure {
+    let Some(quantity) = figure.quantity else {
+        return figure.judged_by(blocks.len());
+    };
+    let runs = [block_sums::of_quantity(blocks, quantity)];
+    Figure {
+        stationarity: Stationarity::new(&runs, span),
+        ..figure.judged_by_blocks(&runs)
+    }
+}
+
 impl Entry {
     /// Starts what a scene asks for.
     ///
@@ -127,18 +157,11 @@ impl Entry {
                 && scene.run.measure_from == MeasureFrom::Auto)
                 .then_some(FIRST_JUDGED),
         };
-        let has_lags = |parameter: &Parameter| parameter.about == MAX_LAG.about;
-        let decades = if request.kind.parameters.iter().any(has_lags) {
-            let spacings = selection.longest_lag() / selection.interval();
-            spacings.log10().clamp(0.0, MAX_DECADES) as u32 + 1
-        } else {
-            0
-        };
         Ok(Self {
             head,
             kind: request.kind,
             measure,
-            decades,
+            decades: decades_of_lags(request.kind, &selection),
         })
     }
 
@@ -257,13 +280,8 @@ impl Entry {
         let is_elastic = scene.elasticity.is_elastic();
         let loses = scene.elasticity.loses_energy();
         let block = (measure.records_per_block() * head.every) as f64 * scene.run.sample_interval;
-        let is_heated = scene.has_heated_walls();
         let is_equilibrium = stages::is_equilibrium(scene);
-        let is_alone = !is_heated
-            && !stages::is_dragged(scene)
-            && !stages::is_sheared(scene)
-            && scene.stage.iter().all(|stage| stage.thermostat.is_empty());
-        let is_cooling = is_alone && loses;
+        let is_cooling = loses && is_left_alone(scene);
         let label = &head.label;
         let context = Context {
             label,
@@ -291,17 +309,9 @@ impl Entry {
             0.0
         };
         let span = [begin, begin + block * sums.blocks.len() as f64];
-        let judged = |figure: Figure| {
-            let Some(quantity) = figure.quantity else {
-                return figure.judged_by(sums.blocks.len());
-            };
-            let runs = [block_sums::of_quantity(&sums.blocks, quantity)];
-            Figure {
-                stationarity: Stationarity::new(&runs, span),
-                ..figure.judged_by_blocks(&runs)
-            }
-        };
-        let figures: Vec<Figure> = results.figures.into_iter().map(judged).collect();
+        let figures: Vec<Figure> = (results.figures.into_iter())
+            .map(|figure| judged(figure, &sums.blocks, span))
+            .collect();
         let lacks_figures = figures.is_empty() && of_curves.is_empty() && !coefficients.is_empty();
         if head.is_asked && lacks_figures {
             results.silent.push(self.name());

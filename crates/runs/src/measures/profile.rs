@@ -96,7 +96,6 @@ fn profile(selection: &Selection<'_>) -> Result<Profile> {
         bins <= MAX_BINS,
         "'bins' must be at most {MAX_BINS}, but is {bins}"
     );
-    let bounds = selection.view.bounds();
     let (axis, point) = (selection.given_word("axis"), selection.given_point("point"));
     let wall = selection.given_group("wall")?;
     let given = usize::from(axis.is_some()) + usize::from(point.is_some());
@@ -104,13 +103,48 @@ fn profile(selection: &Selection<'_>) -> Result<Profile> {
         given + usize::from(wall.is_some()) <= 1,
         "'axis', 'point' and 'wall' exclude each other: give one of them"
     );
-    let longest = selection.given("max");
-    let (layout, place, slab) = if let Some(point) = point {
-        let longest = longest.unwrap_or(0.5 * bounds.sides().min_element());
-        let layout = FieldBins::around_point(&bounds, DVec2::from(point), longest, bins)?;
-        let [x, y] = point;
-        (layout, format!("by the distance from ({x}, {y})"), None)
+    let layout = if let Some(point) = point {
+        ProfileLayout::around_point(selection, point, bins)?
     } else if let Some(wall) = wall {
+        ProfileLayout::beside_wall(selection, wall, bins)?
+    } else {
+        ProfileLayout::along_axis(selection, axis.unwrap_or("x"), bins)?
+    };
+    Ok(Known {
+        observer: Fields::new(selection.group, layout.bins),
+        facts: Facts {
+            place: layout.place,
+            slab: layout.slab,
+            discs: equal_discs(selection),
+        },
+    })
+}
+
+/// Where the bins of a profile are.
+struct ProfileLayout {
+    bins: FieldBins,
+    /// In words.
+    place: String,
+    /// The places along the profile between which heat flows from one wall to another (length).
+    slab: Option<[f64; 2]>,
+}
+
+impl ProfileLayout {
+    fn around_point(selection: &Selection<'_>, point: [f64; 2], bins: usize) -> Result<Self> {
+        let bounds = selection.view.bounds();
+        let longest = selection
+            .given("max")
+            .unwrap_or(0.5 * bounds.sides().min_element());
+        let [x, y] = point;
+        Ok(Self {
+            bins: FieldBins::around_point(&bounds, DVec2::from(point), longest, bins)?,
+            place: format!("by the distance from ({x}, {y})"),
+            slab: None,
+        })
+    }
+
+    fn beside_wall(selection: &Selection<'_>, wall: Group, bins: usize) -> Result<Self> {
+        let bounds = selection.view.bounds();
         let WallsAcross { axis, places, .. } = WallsAcross::new(selection.view, wall)?;
         let [place] = places[..] else {
             anyhow::bail!(
@@ -118,38 +152,29 @@ fn profile(selection: &Selection<'_>) -> Result<Profile> {
                 places.len()
             );
         };
-        let longest = longest.unwrap_or(0.5 * bounds.sides()[axis]);
-        let layout = FieldBins::beside_wall(&bounds, axis, place, longest, bins)?;
+        let longest = selection.given("max").unwrap_or(0.5 * bounds.sides()[axis]);
         let name = selection.given_word("wall").unwrap_or_default();
-        (
-            layout,
-            format!("by the distance from the wall {name}"),
-            None,
-        )
-    } else {
+        Ok(Self {
+            bins: FieldBins::beside_wall(&bounds, axis, place, longest, bins)?,
+            place: format!("by the distance from the wall {name}"),
+            slab: None,
+        })
+    }
+
+    fn along_axis(selection: &Selection<'_>, axis: &str, bins: usize) -> Result<Self> {
         ensure!(
-            longest.is_none(),
+            selection.given("max").is_none(),
             "'max' is the longest distance from a point or a wall; a profile along an axis covers the whole box: \
              leave 'max' out"
         );
-        let axis = axis.unwrap_or("x");
         let along = usize::from(axis == "y");
         let counts = if along == 0 { [bins, 1] } else { [1, bins] };
-        let slab = slab(selection.view, along);
-        (
-            FieldBins::grid(&bounds, counts)?,
-            format!("along {axis}"),
-            slab,
-        )
-    };
-    Ok(Known {
-        observer: Fields::new(selection.group, layout),
-        facts: Facts {
-            place,
-            slab,
-            discs: equal_discs(selection),
-        },
-    })
+        Ok(Self {
+            slab: slab(selection.view, along),
+            bins: FieldBins::grid(&selection.view.bounds(), counts)?,
+            place: format!("along {axis}"),
+        })
+    }
 }
 
 /// The first two neighbouring walls across an axis that have different temperatures (length).
@@ -234,6 +259,67 @@ impl Measured for Profile {
     }
 }
 
+/// The bins of a profile in the middle between two walls, through which a line is fitted by least
+/// squares.
+struct MiddleBins<'a> {
+    /// The places of all bins (length).
+    places: &'a [f64],
+    /// The means of all quantities in all bins.
+    means: &'a [BlockMean],
+    inside: Vec<usize>,
+    /// The mean of the places inside (length).
+    centre: f64,
+    /// The sum of the squares of the distances from it (length²).
+    spread: f64,
+}
+
+impl<'a> MiddleBins<'a> {
+    /// The bins between walls at these places; `None` if they are too few for a slope.
+    fn new([low, high]: [f64; 2], places: &'a [f64], means: &'a [BlockMean]) -> Option<Self> {
+        let margin = AT_WALLS * (high - low);
+        let is_inside = |place: f64| (low + margin..high - margin).contains(&place);
+        let inside: Vec<usize> = (0..places.len())
+            .filter(|&bin| is_inside(places[bin]))
+            .collect();
+        if inside.len() < MIN_BINS {
+            return None;
+        }
+        let centre = inside.iter().map(|&bin| places[bin]).sum::<f64>() / inside.len() as f64;
+        let spread = inside
+            .iter()
+            .map(|&bin| (places[bin] - centre).powi(2))
+            .sum();
+        Some(Self {
+            places,
+            means,
+            inside,
+            centre,
+            spread,
+        })
+    }
+
+    /// The mean of a quantity over the bins.
+    fn mean(&self, quantity: usize) -> Option<f64> {
+        let all = of_quantity(self.means, self.places.len(), quantity);
+        let values = self.inside.iter().map(|&bin| all.get(bin)?.value);
+        Some(values.sum::<Option<f64>>()? / self.inside.len() as f64)
+    }
+
+    /// The weight of a bin in the slope (1/length).
+    fn weight(&self, bin: usize) -> f64 {
+        (self.places[bin] - self.centre) / self.spread
+    }
+
+    /// The slope of a quantity along the profile.
+    fn slope(&self, quantity: usize) -> Option<f64> {
+        let all = of_quantity(self.means, self.places.len(), quantity);
+        let terms = self.inside.iter();
+        terms
+            .map(|&bin| Some(self.weight(bin) * all.get(bin)?.value?))
+            .sum()
+    }
+}
+
 /// The heat conductivity by Boltzmann's constant, −q / (dkT/dx) in the middle between two walls
 /// with a temperature.
 ///
@@ -246,40 +332,16 @@ fn conductivity(
     means: &[BlockMean],
     context: &Context<'_>,
 ) -> Option<Figure> {
-    let [low, high] = facts.slab?;
-    let margin = AT_WALLS * (high - low);
-    let is_inside = |place: f64| (low + margin..high - margin).contains(&place);
-    let inside: Vec<usize> = (0..places.len())
-        .filter(|&bin| is_inside(places[bin]))
-        .collect();
-    if inside.len() < MIN_BINS {
-        return None;
-    }
-    let count = inside.len() as f64;
-    let mean = |quantity: usize| -> Option<f64> {
-        let all = of_quantity(means, places.len(), quantity);
-        let values = inside.iter().map(|&bin| all.get(bin)?.value);
-        Some(values.sum::<Option<f64>>()? / count)
-    };
-    let centre = inside.iter().map(|&bin| places[bin]).sum::<f64>() / count;
-    let spread: f64 = inside
-        .iter()
-        .map(|&bin| (places[bin] - centre).powi(2))
-        .sum();
-    let weight = |bin: usize| (places[bin] - centre) / spread;
-    let kt = of_quantity(means, places.len(), KT);
-    let slope = inside
-        .iter()
-        .map(|&bin| Some(weight(bin) * kt.get(bin)?.value?))
-        .sum::<Option<f64>>()?;
+    let middle = MiddleBins::new(facts.slab?, places, means)?;
+    let count = middle.inside.len() as f64;
     let along = HEAT_ALONG + axis;
-    let current = mean(along)?;
-    let factors = inside.iter().flat_map(|&bin| {
+    let (slope, current) = (middle.slope(KT)?, middle.mean(along)?);
+    let factors = middle.inside.iter().flat_map(|&bin| {
         [
             (along * places.len() + bin, -1.0 / (count * slope)),
             (
                 KT * places.len() + bin,
-                current * weight(bin) / (slope * slope),
+                current * middle.weight(bin) / (slope * slope),
             ),
         ]
     });
@@ -297,12 +359,12 @@ fn conductivity(
         .map(|value| value.standard_error);
     let gas = || {
         let [mass, diameter] = facts.discs.filter(|_| context.is_elastic)?;
-        let density = mean(DENSITY)?;
+        let density = middle.mean(DENSITY)?;
         Some(HardDiscs {
             count: INFINITE,
             diameter,
             mass,
-            temperature: mean(KT)?,
+            temperature: middle.mean(KT)?,
             area: INFINITE as f64 / density,
         })
     };

@@ -32,19 +32,37 @@ const STRAIGHT_FLIGHT: [&str; 12] = [
     "viscosity",
 ];
 
-/// Measures of bodies whose images move, or are displaced by an earlier shear.
-const SHEARED: [&str; 11] = [
+/// Measures of bodies whose images move, or are displaced by an earlier shear: displacements are
+/// relative to the flow, distances and wave vectors those of the displaced images.
+const SHEARED: [&str; 28] = [
+    "body-frame-diffusion",
+    "bond-order-correlation",
+    "bond-order-relaxation",
+    "cage-displacement",
     "collision-rate",
+    "correlation",
+    "defects",
     "energy",
     "events",
+    "hexatic-order",
     "impulses",
+    "k-atic",
+    "nematic",
+    "numbers",
     "overlap",
+    "pair-distribution",
     "pressure",
     "pressure-tensor",
     "profile",
+    "relaxation",
+    "structure-factor",
+    "structure-factor-map",
     "temperature",
+    "tetratic",
     "thermostat",
+    "van-hove",
     "velocities",
+    "voronoi",
 ];
 
 /// A measure that a scene asks for.
@@ -193,6 +211,14 @@ pub(super) fn number(value: &MeasureParameter) -> Option<f64> {
 /// Names, tags, keys or values are invalid, all in one message; or else two measures would write
 /// the same files, or one cannot be measured in this scene.
 pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
+    let requests = of_scene(scene)?;
+    refuse_unsuitable(scene, &requests)?;
+    refuse_same_files(&requests)?;
+    Ok(requests)
+}
+
+/// The measures of a scene: those of `run.observe` first.
+fn of_scene(scene: &Scene) -> Result<Vec<Request>> {
     let (mut requests, mut faults): (Vec<Request>, Vec<Error>) = (Vec::new(), Vec::new());
     for (index, name) in scene.run.observe.iter().enumerate() {
         if scene.run.observe[..index].contains(name) {
@@ -212,64 +238,68 @@ pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
         }
     }
     refuse_all(faults)?;
-    let needs_free_flight = |request: &&Request| {
-        [helfand::VISCOSITY.name, helfand::HEAT_CONDUCTIVITY.name].contains(&request.kind.name)
-    };
-    if stages::is_dragged(scene)
-        && let Some(request) = requests.iter().find(needs_free_flight)
-    {
-        bail!(
-            "{}: '{}' needs velocities that are constant between contacts, but a drag slows the bodies: remove it, or \
-             the drag",
-            request.entry,
-            request.kind.name
-        );
+    Ok(requests)
+}
+
+/// Refuses measures that cannot be taken in a scene.
+fn refuse_unsuitable(scene: &Scene, requests: &[Request]) -> Result<()> {
+    if stages::is_dragged(scene) {
+        refuse_kinds(
+            requests,
+            &[helfand::VISCOSITY.name, helfand::HEAT_CONDUCTIVITY.name],
+            "needs velocities that are constant between contacts, but a drag slows the bodies: remove it, or the drag",
+        )?;
     }
-    let needs_straight_flight = |request: &&Request| STRAIGHT_FLIGHT.contains(&request.kind.name);
-    if stages::falls(scene)
-        && let Some(request) = requests.iter().find(needs_straight_flight)
-    {
-        bail!(
-            "{}: '{}' needs bodies that fly straight between contacts, but gravity bends their paths: remove it, or the \
-             gravity",
-            request.entry,
-            request.kind.name
-        );
+    if stages::falls(scene) {
+        refuse_kinds(
+            requests,
+            &STRAIGHT_FLIGHT,
+            "needs bodies that fly straight between contacts, but gravity bends their paths: remove it, or the gravity",
+        )?;
     }
     if stages::is_ever_sheared(scene) {
-        refuse_sheared(&requests)?;
+        refuse_sheared(requests)?;
     }
-    let of_energy_flux = requests
+    if stages::has_wells(scene) {
+        refuse_kinds(
+            requests,
+            &[helfand::HEAT_CONDUCTIVITY.name],
+            "does not include the energy of wells: remove it, or the wells",
+        )?;
+    }
+    match first_of_kinds(requests, &[lyapunov::KIND.name]) {
+        Some(request) => lyapunov::check(scene).with_context(|| request.entry.clone()),
+        None => Ok(()),
+    }
+}
+
+/// Refuses measures of these kinds, for a reason that follows their name.
+fn refuse_kinds(requests: &[Request], kinds: &[&str], reason: &str) -> Result<()> {
+    match first_of_kinds(requests, kinds) {
+        Some(Request { entry, kind, .. }) => bail!("{entry}: '{}' {reason}", kind.name),
+        None => Ok(()),
+    }
+}
+
+fn first_of_kinds<'a>(requests: &'a [Request], kinds: &[&str]) -> Option<&'a Request> {
+    requests
         .iter()
-        .find(|request| request.kind.name == helfand::HEAT_CONDUCTIVITY.name);
-    if let Some(request) = of_energy_flux
-        && stages::has_wells(scene)
-    {
-        bail!(
-            "{}: '{}' does not include the energy of wells: remove it, or the wells",
-            request.entry,
-            request.kind.name
-        );
-    }
-    let of_deviations = requests
-        .iter()
-        .find(|request| request.kind.name == lyapunov::KIND.name);
-    if let Some(request) = of_deviations {
-        lyapunov::check(scene).with_context(|| request.entry.clone())?;
-    }
+        .find(|request| kinds.contains(&request.kind.name))
+}
+
+/// Refuses two measures that would write the same files.
+fn refuse_same_files(requests: &[Request]) -> Result<()> {
+    // Also of different kinds: `van-hove` of the tag `distinct`, and `van-hove-distinct`.
+    let key = |request: &Request| {
+        let name = request.kind.name;
+        match request.distinction() {
+            Some(of) => format!("{name}-{of}"),
+            None => name.to_owned(),
+        }
+    };
     for (index, request) in requests.iter().enumerate() {
-        // Also of different kinds: `van-hove` of the tag `distinct`, and `van-hove-distinct`.
-        let key = |request: &Request| {
-            let name = request.kind.name;
-            match request.distinction() {
-                Some(of) => format!("{name}-{of}"),
-                None => name.to_owned(),
-            }
-        };
-        let same = requests[..index]
-            .iter()
-            .find(|other| key(other) == key(request));
-        if let Some(same) = same {
+        let mut before = requests[..index].iter();
+        if let Some(same) = before.find(|other| key(other) == key(request)) {
             bail!(
                 "{} and {} would write the same files: give one of them, as [[measure]], a 'name'",
                 same.entry,
@@ -277,7 +307,7 @@ pub fn requests(scene: &Scene) -> Result<Vec<Request>> {
             );
         }
     }
-    Ok(requests)
+    Ok(())
 }
 
 /// Refuses the measures of a scene that take images for fixed, in a box in which an earlier shear

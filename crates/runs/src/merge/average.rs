@@ -246,24 +246,10 @@ impl<'a> Merged<'a> {
             match &column.role {
                 Role::Value if !column.quantities.is_empty() => {
                     let errors = next.map(|_| {
-                        tables
-                            .iter()
-                            .map(|t| &t.columns[index + 1])
-                            .collect::<Vec<_>>()
+                        let errors = tables.iter().map(|table| &table.columns[index + 1]);
+                        errors.collect::<Vec<_>>()
                     });
-                    let has_error = |row: usize| {
-                        errors
-                            .as_ref()
-                            .is_some_and(|errors| errors.iter().all(|e| at(e, row).is_some()))
-                    };
-                    let mean = |row: usize| {
-                        let quantity = column.quantities.get(row).copied().flatten();
-                        quantity.map_or_else(BlockMean::default, |q| self.mean(q, has_error(row)))
-                    };
-                    let means: Vec<BlockMean> = (0..rows).map(mean).collect();
-                    columns.push(with(column, means.iter().map(|mean| mean.value).collect()));
-                    let errors = means.iter().map(|mean| mean.standard_error).collect();
-                    columns.push(error_column(column, errors));
+                    columns.extend(self.means_of_sums(column, rows, errors.as_deref()));
                 }
                 Role::Value => {
                     columns.push(with(column, each(rows, |row| average(&same, row))));
@@ -294,6 +280,29 @@ impl<'a> Merged<'a> {
             levels,
             ..first.clone()
         }
+    }
+
+    /// A column of means of sums, and that of their errors. `errors` are the columns of the errors
+    /// of all runs, if they have some.
+    fn means_of_sums(
+        &self,
+        column: &Column,
+        rows: usize,
+        errors: Option<&[&Column]>,
+    ) -> [Column; 2] {
+        let has_error = |row: usize| {
+            errors.is_some_and(|errors| errors.iter().all(|error| at(error, row).is_some()))
+        };
+        let mean = |row: usize| {
+            let quantity = column.quantities.get(row).copied().flatten();
+            quantity.map_or_else(BlockMean::default, |q| self.mean(q, has_error(row)))
+        };
+        let means: Vec<BlockMean> = (0..rows).map(mean).collect();
+        let errors = means.iter().map(|mean| mean.standard_error).collect();
+        [
+            with(column, means.iter().map(|mean| mean.value).collect()),
+            error_column(column, errors),
+        ]
     }
 }
 

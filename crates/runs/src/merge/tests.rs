@@ -165,6 +165,51 @@ fn coefficients_of_merged_runs_are_read_from_their_common_curve() {
     assert_eq!(names(&all), names(&average::results(&parts[0])));
 }
 
+/// Each run has waited for a time of its own.
+#[test]
+fn the_rate_of_first_passages_of_merged_runs_is_that_of_all_passages() {
+    let parts: Vec<Record> = (1..=3)
+        .map(|seed| {
+            record_of(&format!(
+                r#"
+                    [box]
+                    seed = {seed}
+                    [[gas]]
+                    radius = 0.03
+                    mass = 1.0
+                    energy = 1.0
+                    count = 10
+                    [run]
+                    until = 1.0
+                    sample_interval = 0.25
+                    observe = ["crossings"]
+                "#
+            ))
+        })
+        .collect();
+    let rate = |results: &Results| {
+        let mut figures = results.figures.iter();
+        let figure = figures.find(|figure| figure.name == "rate of first passages");
+        let figure = figure.expect("a rate");
+        (figure.value, figure.standard_error.expect("passages"))
+    };
+    // A rate R with the error R/√n comes from n passages in the time n/R.
+    let [mut passages, mut time] = [0.0; 2];
+    for part in &parts {
+        let (rate, error) = rate(&average::results(part));
+        let number = (rate / error).powi(2);
+        passages += number;
+        time += number / rate;
+    }
+    let (found, error) = rate(&average::results(&merged(
+        &parts.iter().collect::<Vec<_>>(),
+    )));
+    let expected = passages / time;
+    assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+    let expected = expected / passages.sqrt();
+    assert!((error / expected - 1.0).abs() < 1e-12, "{error} {expected}");
+}
+
 #[test]
 fn runs_merged_in_any_order_and_tree_have_the_same_digits() {
     let parts: Vec<Record> = (1..=4).map(one).collect();

@@ -81,7 +81,7 @@ pub(super) fn html(contents: &FolderContents) -> Result<String> {
 }
 
 /// Whether a figure belongs to the state of the system, which leads the page: temperature,
-/// pressure, diffusion, and the rate of collisions.
+/// pressure, diffusion, and the rates of collisions and of kicks.
 fn is_of_state(figure: &Figure) -> bool {
     let begins = [
         "bodies",
@@ -96,6 +96,7 @@ fn is_of_state(figure: &Figure) -> bool {
     let is_diffusion =
         figure.name.contains("diffusion coefficient") && figure.standard_error.is_some();
     is_diffusion
+        || verdict::is_rate_of_kicks(figure)
         || begins
             .iter()
             .any(|begin| figure.name.starts_with(begin) && !figure.name.contains("on the walls"))
@@ -107,7 +108,8 @@ fn charts(contents: &FolderContents) -> Result<Charts> {
         .summary
         .as_ref()
         .map_or(&[][..], |summary| &summary.figures);
-    let main = verdict::main_figure(figures).map_or("", |figure| &figure.name);
+    let main =
+        verdict::main_figure(figures, contents.scene.as_ref()).map_or("", |figure| &figure.name);
     let count = if contents.drawings.is_empty() { 2 } else { 3 };
     Charts::new(&contents.tables, main, count)
 }

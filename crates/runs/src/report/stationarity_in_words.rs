@@ -6,41 +6,78 @@ use carom_tables::{Figure, Stationarity, two_digits, with_error};
 
 use super::tests_in_words::with_place;
 
+/// Beginning of the name of the collision rate, which every run measures.
+const OF_EVERY_RUN: &str = "collisions per";
+
+/// A mean of fewer standard errors is 0 as far as is known: a change is no share of it.
+const CLEAR: f64 = 3.0;
+
+/// Whether a mean changed during its measurement; `None` if that was not judged, or if its blocks
+/// are too short for an error: what a body has not yet forgotten would seem to be a change.
+pub fn judged(figure: &Figure) -> Option<Stationarity> {
+    figure
+        .stationarity
+        .filter(|_| figure.standard_error.is_some())
+}
+
+/// Whether a figure is one that every run measures, asked for or not.
+pub(super) fn is_of_every_run(figure: &Figure) -> bool {
+    figure.name.starts_with(OF_EVERY_RUN)
+}
+
 /// Whether a mean changes until the end of the measurement: the state decays or is driven, or the
 /// run is too short, and no mean describes it.
 pub(super) fn never_settles(figures: &[Figure]) -> bool {
-    let found = figures.iter().filter_map(|figure| figure.stationarity);
+    let found = figures.iter().filter_map(judged);
     found
         .filter(|found| !found.is_stationary)
         .any(|found| found.settled_at.is_none())
 }
 
+/// The amount of a change: a share of the mean, or a number where the mean is 0 or smaller than the
+/// change.
+fn amount(figure: &Figure, change: f64) -> String {
+    let share = (change / figure.value).abs();
+    // A quantity that decays changes by more than its mean.
+    if share < 1.0 {
+        return format!("{} %", with_error(two_digits(100.0 * share), None));
+    }
+    let amount = with_error(two_digits(change.abs()), None);
+    let unit = match figure.unit.as_str() {
+        "1" => String::new(),
+        unit => format!(" {unit}"),
+    };
+    let error = figure.standard_error.unwrap_or(0.0);
+    let is_zero = figure.prediction == Some(0.0) || figure.value.abs() <= CLEAR * error;
+    if is_zero {
+        return format!("{amount}{unit}");
+    }
+    let times = with_error(two_digits(share), None);
+    format!("{amount}{unit}, {times} times its mean,")
+}
+
 /// What changed during the measurement, by how much, and from when on it does not; `None` if
-/// nothing did. Each figure has a word for where it belongs, which may be empty.
+/// nothing did. What the scene asks for is named before what every run measures. Each figure has a
+/// word for where it belongs, which may be empty.
 pub fn stationarity_in_words(figures: &[(&str, &Figure)]) -> Option<String> {
     let mut changing: Vec<(&str, &Figure, Stationarity)> = figures
         .iter()
-        .filter_map(|(place, figure)| Some((*place, *figure, figure.stationarity?)))
+        .filter_map(|(place, figure)| Some((*place, *figure, judged(figure)?)))
         .filter(|(.., found)| !found.is_stationary)
         .collect();
     let in_errors = |found: &Stationarity| (found.change / found.standard_error).abs();
-    changing.sort_by_key(|(.., found)| Reverse((1e3 * in_errors(found)) as u64));
+    changing.sort_by_key(|(_, figure, found)| {
+        let deviation = (1e3 * in_errors(found)) as u64;
+        (is_of_every_run(figure), Reverse(deviation))
+    });
     let (place, figure, found) = changing.first()?;
     let verb = if found.change < 0.0 { "falls" } else { "rises" };
-    let share = (found.change / figure.value).abs();
-    // A quantity that decays changes by more than its mean.
-    let amount = if share < 1.0 {
-        format!("{} %", with_error(two_digits(100.0 * share), None))
-    } else {
-        let amount = with_error(two_digits(found.change.abs()), None);
-        let times = if share.is_finite() {
-            format!(", {} times its mean,", with_error(two_digits(share), None))
-        } else {
-            String::new()
-        };
-        format!("{amount} {}{times}", figure.unit)
-    };
+    let amount = amount(figure, found.change);
+    let is_own = |figure: &Figure| judged(figure).is_some() && !is_of_every_run(figure);
+    let has_own = figures.iter().any(|(_, figure)| is_own(figure));
     let others = match changing.len() - 1 {
+        // The gas around may change while no change of what was asked for is found.
+        0 if is_of_every_run(figure) && has_own => "; no other figure changes".to_owned(),
         0 => String::new(),
         1 => "; one more figure changes".to_owned(),
         count => format!("; {count} more figures change"),
@@ -81,9 +118,7 @@ const MAX_NAMED: usize = 3;
 /// errors may be too small. `None` if there are none.
 pub fn few_samples_in_words(figures: &[Figure]) -> Option<String> {
     let few = |figure: &&Figure| {
-        let found = figure
-            .stationarity
-            .filter(|_| figure.standard_error != Some(0.0));
+        let found = judged(figure).filter(|_| figure.standard_error != Some(0.0));
         // Of a mean that changes the change is said, which is more.
         found.is_some_and(|found| found.is_stationary && found.independent_blocks < MIN_INDEPENDENT)
     };
@@ -121,7 +156,7 @@ mod tests {
         };
         Figure {
             stationarity: Some(stationarity),
-            ..Figure::new(name, value, "energy/length²")
+            ..Figure::new(name, value, "energy/length²").error(1e-3)
         }
     }
 
@@ -180,5 +215,40 @@ mod tests {
             decaying.contains("kT falls by 0.5 energy/length², 25 times its mean, during"),
             "{decaying}"
         );
+    }
+
+    #[test]
+    fn what_was_asked_for_is_named_before_the_collision_rate_of_every_run() {
+        let rate = figure("collisions per body that moves", 9.0, 3.0, None);
+        let kicks = figure("kicks, tee", 30.0, 0.1, None);
+        let both = words(&[rate.clone(), kicks]).unwrap();
+        assert!(
+            both.starts_with("Not stationary: kicks, tee rises by 0.33 %")
+                && both.contains("; one more figure changes."),
+            "{both}"
+        );
+        let steady = figure("kicks, tee", 30.0, 0.0, None);
+        let around = words(&[rate.clone(), steady]).unwrap();
+        assert!(
+            around.starts_with("Not stationary: collisions per body that moves rises by 33 %")
+                && around.contains("; no other figure changes."),
+            "{around}"
+        );
+        assert!(!words(&[rate]).unwrap().contains("no other"));
+    }
+
+    #[test]
+    fn a_mean_of_zero_or_without_an_error_is_not_said_to_change_by_a_multiple() {
+        let mut velocity = figure("velocity along x′, tee", 1e-4, 0.2, None);
+        velocity = velocity.predicted(0.0, "equilibrium");
+        let said = words(std::slice::from_ref(&velocity)).unwrap();
+        assert!(
+            said.contains("rises by 0.2 energy/length² during") && !said.contains("times its mean"),
+            "{said}"
+        );
+        // Blocks shorter than the memory of the body give no error, and no verdict on a change.
+        velocity.standard_error = None;
+        assert_eq!(words(std::slice::from_ref(&velocity)), None);
+        assert!(!never_settles(&[velocity]));
     }
 }

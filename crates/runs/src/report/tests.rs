@@ -107,6 +107,22 @@ fn a_page_written_again_has_the_same_bytes() {
 }
 
 #[test]
+fn the_page_of_a_run_that_measures_kicks_alone_leads_with_their_rate() {
+    let root = tempfile::tempdir().unwrap();
+    let scene = "[box]\nsides = [0.8, 0.5]\n[[molecule]]\ntags = [\"probe\"]\nshape = \"tee\"\n\
+         atom_radius = 0.02\natom_mass = 1.0\nat = [0.4, 0.25]\n[[bumper]]\nradius = 0.01\nat = [0.1, 0.1]\n\
+         [[gas]]\nradius = 0.015\nmass = 1.0\nenergy = 1.0\ncount = 60\n\
+         [run]\nuntil = 8.0\nsample_interval = 0.05\nobserve = [\"kicks:probe\"]\nanimation = false\n";
+    let (ended, out) = run_in(root.path(), scene, &[], "out");
+    ended.unwrap();
+    let written = page(&out);
+    assert!(
+        written.contains("Measured: kicks, probe") && !written.contains("Measured: kT"),
+        "{written}"
+    );
+}
+
+#[test]
 fn a_page_in_reduced_units_says_so_and_files_keep_those_of_the_scene() {
     let root = tempfile::tempdir().unwrap();
     let scene = GAS.replace("energy = 1.0", "temperature = 4.0");

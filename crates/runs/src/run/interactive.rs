@@ -4,7 +4,8 @@
 //! their instants, to the bit, and `carom run` makes the same contacts. A saved run is the folder
 //! of a run of that scene with a checkpoint at the end of an epoch, so that `carom run
 //! DIR/config.toml --out DIR --resume` continues from it. The measures of that run begin at the
-//! checkpoint. What a program has measured before is saved in a folder inside, [`MEASURED`].
+//! checkpoint. What a program has measured before is saved in a folder inside, [`MEASURED`]; the
+//! run puts the rows of series that it measures too before its own.
 
 use std::{
     ffi::OsString,
@@ -24,8 +25,10 @@ use carom::{
 };
 use carom_methods::{AnySimulation, Method};
 
+pub use super::measured_before::{MEASURED, MeasuredBefore};
 use super::{
     START, describe,
+    measured_before::{ContinuedMeasure, EarlierFiles},
     outcome::PICTURE,
     scene_file::{self, MAX_SAMPLES, tags},
 };
@@ -36,6 +39,7 @@ use crate::schedule::{
     stages::{self, MAX_ACTIONS},
 };
 use crate::{
+    append_file::Length,
     clock::{Instant, ThreadTime},
     command_line::command,
     file_names::PICTURES,
@@ -92,10 +96,6 @@ const NEAR_INTERVAL: f64 = 0.01;
 
 /// Largest number of names that are tried for an added measure.
 const MAX_NAMES: u32 = 100;
-
-/// Folder, in that of a saved run, of what was measured before: tables and figures. No run writes
-/// there.
-pub const MEASURED: &str = "measured-before";
 
 /// Why a saved run is not the run of its scene from the beginning.
 const WITHIN_EPOCH: &str = "the bits of a run of the saved scene from its beginning: the state was saved within an \
@@ -553,18 +553,19 @@ impl InteractiveRun {
     /// A file cannot be written, or `path` holds files; a thermostat has acted more often than a
     /// scene file allows (see [`Self::renew`]); the run cannot continue.
     pub fn save(&self, path: &Path) -> Result<Saved> {
-        self.save_with(path, &[])
+        self.save_with(path, &MeasuredBefore::default())
     }
 
-    /// Writes the run like [`Self::save`], and `measured` into a folder inside, [`MEASURED`].
+    /// Writes the run like [`Self::save`], and `measured` into a folder inside, [`MEASURED`]. Its
+    /// series in time continue in the saved run.
     ///
     /// # Errors
     /// Those of [`Self::save`].
-    pub fn save_with(&self, path: &Path, measured: &[NamedFile]) -> Result<Saved> {
-        let (saved, scene, files) = self.saved_at(path)?;
+    pub fn save_with(&self, path: &Path, measured: &MeasuredBefore) -> Result<Saved> {
+        let (saved, scene, files) = self.saved_at(path, measured)?;
         claim(path)?;
         let aside = beside(path);
-        let written = write(&aside, &scene, &saved.command, &files, measured).and_then(|()| {
+        let written = write(&aside, &scene, &saved.command, &files).and_then(|()| {
             publish(&aside, path).with_context(|| format!("cannot write {}", path.display()))
         });
         if written.is_err() {
@@ -577,25 +578,34 @@ impl InteractiveRun {
         Ok(saved)
     }
 
-    /// The files that [`Self::save`] would write, by name, without writing any. `path` is the
+    /// The files that [`Self::save_with`] would write, by name, without writing any. `path` is the
     /// folder of the command that continues from them.
     ///
     /// # Errors
     /// A thermostat has acted more often than a scene file allows (see [`Self::renew`]); the run
     /// cannot continue.
-    pub fn files(&self, path: &Path) -> Result<(Saved, Vec<NamedFile>)> {
-        let (saved, scene, mut files) = self.saved_at(path)?;
-        let listed = files.iter().map(|(name, _)| name.clone());
+    pub fn files(&self, path: &Path, measured: &MeasuredBefore) -> Result<(Saved, Vec<NamedFile>)> {
+        let (saved, scene, SavedFiles { run, inner }) = self.saved_at(path, measured)?;
+        let listed = run.iter().map(|(name, _)| name.clone());
         let listed = listed.filter(|name| name != CHECKPOINT);
         let names = listed.chain([MANIFEST.to_owned()]).collect();
         let manifest = Manifest::new(&saved.command, &[&scene], None).text_with(names)?;
-        files.insert(0, (MANIFEST.to_owned(), manifest.into_bytes()));
-        Ok((saved, files))
+        let inner = inner
+            .into_iter()
+            .map(|(name, content)| (format!("{MEASURED}/{name}"), content));
+        let files = std::iter::once((MANIFEST.to_owned(), manifest.into_bytes()))
+            .chain(run)
+            .chain(inner);
+        Ok((saved, files.collect()))
     }
 
     /// The run at the end of the present epoch: what it is called in the folder `path`, its scene,
-    /// and its files without the manifest.
-    fn saved_at(&self, path: &Path) -> Result<(Saved, Scene, Vec<NamedFile>)> {
+    /// and its files.
+    fn saved_at(
+        &self,
+        path: &Path,
+        measured: &MeasuredBefore,
+    ) -> Result<(Saved, Scene, SavedFiles)> {
         let mut ahead = self.clone();
         let (state, mut left_out) = match ahead.run_to_end_of_epoch()? {
             Some(state) => (state, Vec::new()),
@@ -606,7 +616,8 @@ impl InteractiveRun {
         };
         let time = state.time();
         let mut scene = ahead.ending_after(time.to_f64())?;
-        left_out.extend(add_measures(&mut scene, &self.watched));
+        let (unkept, mut continued) = add_measures(&mut scene, &self.watched);
+        left_out.extend(unkept);
         left_out.extend(leave_out_measures(&mut scene, &ahead.simulation.view()));
         left_out.extend(self.scene.run.stop.as_ref().map(|_| NO_STOP.to_owned()));
         let is_measured = |scene: &Scene| scene.stage.iter().any(|stage| stage.measure);
@@ -614,6 +625,11 @@ impl InteractiveRun {
             left_out.push(NOTHING_MEASURED.to_owned());
         }
         scene_file::validate(&scene)?;
+        let requests = requests(&scene)?;
+        for measure in &mut continued {
+            *measure = measure.take().filter(|measure| measure.is_among(&requests));
+        }
+        let EarlierFiles { inner, growing } = measured.saved_files(&continued)?;
         let scene_file = path.join("config.toml");
         let command = command([
             "run".as_ref(),
@@ -622,7 +638,7 @@ impl InteractiveRun {
             path.as_os_str(),
             "--resume".as_ref(),
         ]);
-        let files = ahead.files_of(&scene, &state, self.seconds_until(&ahead))?;
+        let run = ahead.files_of(&scene, &state, self.seconds_until(&ahead), growing)?;
         let (from, _) = stages::window(&scene);
         let measures_any = !scene.run.observe.is_empty() || !scene.measure.is_empty();
         let measures_from = (measures_any && from.is_finite()).then(|| from.max(time.to_f64()));
@@ -632,7 +648,7 @@ impl InteractiveRun {
             measures_from,
             left_out,
         };
-        Ok((saved, scene, files))
+        Ok((saved, scene, SavedFiles { run, inner }))
     }
 
     /// The processor time for the collisions until a later state, at the rate so far (seconds). The
@@ -648,7 +664,14 @@ impl InteractiveRun {
 
     /// The files of the run of `scene` without the manifest, in the order in which they are
     /// written; the last is a checkpoint of this state, which took this processor time (seconds).
-    fn files_of(&self, scene: &Scene, state: &Checkpoint, seconds: f64) -> Result<Vec<NamedFile>> {
+    /// The run appends to the files `growing`.
+    fn files_of(
+        &self,
+        scene: &Scene,
+        state: &Checkpoint,
+        seconds: f64,
+        growing: Vec<NamedFile>,
+    ) -> Result<Vec<NamedFile>> {
         let view = self.simulation.view();
         let mut measures = Measures::new(scene, &view)?;
         measures.start(&view);
@@ -662,9 +685,12 @@ impl InteractiveRun {
             PICTURES[0].to_owned(),
             picture_of(&view, PICTURE).into_bytes(),
         ));
-        let what = describe(scene, None);
+        let length = |(name, rows): &NamedFile| Length::of_earlier_rows(name, rows);
+        let lengths = growing.iter().map(length).collect();
+        files.extend(growing);
+        let (what, until) = (describe(scene, None), scene.run.until);
         let checkpoint =
-            resumable::encode_going(&what, scene.run.until, done, state, seconds, &measures)?;
+            resumable::encode_going(&what, until, done, state, seconds, &measures, lengths)?;
         files.push((CHECKPOINT.to_owned(), checkpoint));
         Ok(files)
     }
@@ -782,25 +808,26 @@ impl InteractiveRun {
 /// The name and the content of a file.
 pub type NamedFile = (String, Vec<u8>);
 
-/// Writes the files of a run, with its manifest, into a new folder, and what was measured before
-/// into a folder inside.
-fn write(
-    path: &Path,
-    scene: &Scene,
-    command: &str,
-    files: &[NamedFile],
-    measured: &[NamedFile],
-) -> Result<()> {
+/// The files of a saved run.
+struct SavedFiles {
+    /// In its folder, without the manifest.
+    run: Vec<NamedFile>,
+    /// In the folder [`MEASURED`] inside.
+    inner: Vec<NamedFile>,
+}
+
+/// Writes the files of a run, with its manifest, into a new folder.
+fn write(path: &Path, scene: &Scene, command: &str, files: &SavedFiles) -> Result<()> {
     let (folder, _lock) = Folder::claim(path, Existing::Refuse)?;
     Manifest::write_new(&folder, command, &[scene])?;
-    if !measured.is_empty() {
+    if !files.inner.is_empty() {
         // Not listed: a run that continues here removes and replaces what is.
         let inner = folder.unlisted(MEASURED)?;
-        for (name, content) in measured {
+        for (name, content) in &files.inner {
             inner.write_lasting(name, content)?;
         }
     }
-    for (name, content) in files {
+    for (name, content) in &files.run {
         if name == CHECKPOINT {
             // A state is not listed.
             write_lasting(&path.join(name), &[content])?;
@@ -898,8 +925,12 @@ fn shortest_interval(until: f64) -> f64 {
 
 /// Adds measures to a scene, each with the time between its samples; those that it has already are
 /// left out. The sample interval of the scene is divided where that is needed, and its own measures
-/// keep theirs. Returns what cannot be kept, with the reason.
-fn add_measures(scene: &mut Scene, measures: &[(MeasureSpec, f64)]) -> Vec<String> {
+/// keep theirs. Returns what cannot be kept, with the reason, and for each measure the one that
+/// stands for it in the scene.
+fn add_measures(
+    scene: &mut Scene,
+    measures: &[(MeasureSpec, f64)],
+) -> (Vec<String>, Vec<Option<ContinuedMeasure>>) {
     let intervals: Vec<f64> = measures
         .iter()
         .map(|(spec, interval)| interval * samples_apart(spec))
@@ -911,9 +942,10 @@ fn add_measures(scene: &mut Scene, measures: &[(MeasureSpec, f64)]) -> Vec<Strin
         most.clamp(1, MAX_PARTS),
     );
     if let Err(error) = divide_samples(scene, parts) {
-        return vec![format!("the added measures: {error:#}")];
+        let reason = format!("the added measures: {error:#}");
+        return (vec![reason], vec![None; measures.len()]);
     }
-    let mut left_out = Vec::new();
+    let (mut left_out, mut continued) = (Vec::new(), Vec::new());
     for ((spec, _), interval) in measures.iter().zip(intervals) {
         let name = match &spec.of {
             Some(of) => format!("{}:{of}", spec.kind),
@@ -924,9 +956,13 @@ fn add_measures(scene: &mut Scene, measures: &[(MeasureSpec, f64)]) -> Vec<Strin
         spec.parameters.remove("interval");
         spec.parameters
             .insert("every".to_owned(), MeasureParameter::Number(every));
-        if let Err(error) = add_measure(scene, spec) {
-            left_out.push(format!("{name}: {error:#}"));
-            continue;
+        match add_measure(scene, spec) {
+            Ok(measure) => continued.push(Some(measure)),
+            Err(error) => {
+                left_out.push(format!("{name}: {error:#}"));
+                continued.push(None);
+                continue;
+            }
         }
         let saved = every * scene.run.sample_interval;
         if (saved / interval - 1.0).abs() > SAME_INTERVAL {
@@ -936,7 +972,7 @@ fn add_measures(scene: &mut Scene, measures: &[(MeasureSpec, f64)]) -> Vec<Strin
             ));
         }
     }
-    left_out
+    (left_out, continued)
 }
 
 /// Samples of a run for one sample of a measure.
@@ -1009,36 +1045,43 @@ fn divide_samples(scene: &mut Scene, parts: u32) -> Result<()> {
 }
 
 /// Adds a measure to a scene, under a name of its own if another one would write the same files;
-/// one that the scene has already is left out.
+/// one that the scene has already is left out. Returns the measure that stands for it.
 ///
 /// # Errors
 /// The measure is invalid in this scene.
-fn add_measure(scene: &mut Scene, spec: MeasureSpec) -> Result<()> {
+fn add_measure(scene: &mut Scene, spec: MeasureSpec) -> Result<ContinuedMeasure> {
     let base = [spec.name.as_deref(), spec.of.as_deref()]
         .into_iter()
         .flatten()
         .next()
         .map_or_else(String::new, |word| format!("{}-", word.replace(',', "-")));
+    let name = spec.name.clone();
+    let last = scene.measure.len();
     scene.measure.push(spec);
-    let Err(error) = requests(scene) else {
-        return Ok(());
+    let refused = match requests(scene) {
+        Ok(requests) => {
+            let added = &requests[requests.len() - 1];
+            return Ok(ContinuedMeasure::new(name, added, added));
+        }
+        Err(error) => error,
     };
-    let last = scene.measure.len() - 1;
     for number in 1..=MAX_NAMES {
         scene.measure[last].name = Some(format!("{base}live-{number}"));
         let Ok(requests) = requests(scene) else {
             continue;
         };
-        let is_there = requests.split_last().is_some_and(|(added, others)| {
-            others.iter().any(|other| has_same_results(added, other))
-        });
-        if is_there {
+        let Some((added, others)) = requests.split_last() else {
+            continue;
+        };
+        let same = others.iter().find(|other| has_same_results(added, other));
+        let measure = ContinuedMeasure::new(name, added, same.unwrap_or(added));
+        if same.is_some() {
             scene.measure.pop();
         }
-        return Ok(());
+        return Ok(measure);
     }
     scene.measure.pop();
-    Err(error)
+    Err(refused)
 }
 
 /// Whether two measures differ in their names alone.

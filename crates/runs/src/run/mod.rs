@@ -2,6 +2,7 @@
 
 mod before_placement;
 pub mod interactive;
+mod measured_before;
 pub(crate) mod outcome;
 pub(crate) mod parent;
 pub(crate) mod placement;

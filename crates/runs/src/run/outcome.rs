@@ -6,10 +6,15 @@ use carom::{
     engine::{BodyView, MeasureFrom, ReactionCounts, RunSpec, TileCounters},
 };
 use carom_methods::{AnySimulation, Method};
-use carom_tables::{Check, Figure, OVERLAPPING_PAIRS, Summary, Totals, stationarity::MIN_JUDGED};
+use carom_tables::{
+    Check, Figure, OVERLAPPING_PAIRS, Summary, Table, Totals, stationarity::MIN_JUDGED,
+};
 use serde::{Deserialize, Serialize};
 
-use super::steps::{self, Output};
+use super::{
+    measured_before::{earlier_series, put_before, remove_earlier_series},
+    steps::{self, Output},
+};
 use crate::schedule::{stage_edits, stages};
 use crate::{
     animation,
@@ -22,7 +27,9 @@ use crate::{
     price::{self, Price},
     progress::Progress,
     record::{Record, RunRecord},
-    report::{FIXED_BODIES, MEASURED_FROM, NOT_EXACT, few_samples_in_words},
+    report::{
+        FIXED_BODIES, MEASURED_FROM, NOT_EXACT, few_samples_in_words, is_rate_of_kicks, judged,
+    },
     resumable::{FoundCheckpoint, Resumable, Start, Task},
     run_totals::allowed_drift_now,
     visible_region::picture_of,
@@ -130,6 +137,7 @@ pub fn simulate(
 ) -> Result<RunEnd> {
     let run = &scene.run;
     let progress = Progress::new(run.until);
+    let mut earlier = Vec::new();
     let mut going = match task.start::<Measures, RunOutcome>(found)? {
         Start::Ended(outcome) => return Ok(RunEnd::new(outcome, TileCounters::default())),
         Start::From(going) => {
@@ -138,6 +146,7 @@ pub fn simulate(
             if run.animation && going.simulation.time().to_f64() > run.animation_from {
                 task.folder.read(animation::ANIMATION)?;
             }
+            earlier = earlier_series(task.folder.path())?;
             *going
         }
         Start::Anew => first_steps(task, start()?, run)?,
@@ -153,15 +162,10 @@ pub fn simulate(
         {
             return Err(error);
         }
-        return Ok(failed_end(error, &mut going, task, scene));
+        return Ok(failed_end(error, &mut going, task, scene, &earlier));
     }
     going.observers.finish(&going.simulation.view());
-    let mut outcome = outcome_of(
-        &going.simulation.view(),
-        &going.observers,
-        going.seconds(),
-        scene,
-    );
+    let mut outcome = outcome_so_far(&going, scene, &earlier);
     write_results(&outcome, &going, task)?;
     if pricing == Pricing::Measured {
         // A run whose last state is of no use for an exact run is not at fault.
@@ -179,13 +183,9 @@ fn failed_end(
     going: &mut Resumable<Measures>,
     task: &Task<'_>,
     scene: &Scene,
+    earlier: &[Table],
 ) -> RunEnd {
-    let outcome = outcome_of(
-        &going.simulation.view(),
-        &going.observers,
-        going.seconds(),
-        scene,
-    );
+    let outcome = outcome_so_far(going, scene, earlier);
     let flushed = going.files.lengths().map(drop);
     let later = [flushed, write_results(&outcome, going, task)]
         .into_iter()
@@ -197,6 +197,14 @@ fn failed_end(
         later,
         tiles,
     }
+}
+
+/// The outcome of a run up to now, with the rows that were measured before it was saved.
+fn outcome_so_far(going: &Resumable<Measures>, scene: &Scene, earlier: &[Table]) -> RunOutcome {
+    let view = going.simulation.view();
+    let mut outcome = outcome_of(&view, &going.observers, going.seconds(), scene);
+    put_before(earlier, &mut outcome.results.tables);
+    outcome
 }
 
 /// Writes the tables of an outcome, and the last picture.
@@ -244,6 +252,7 @@ fn first_steps(
     run: &RunSpec,
 ) -> Result<Resumable<Measures>> {
     task.folder.remove_earlier_results()?;
+    remove_earlier_series(task.folder.path())?;
     task.folder
         .write_lasting(PICTURES[0], picture_of(&simulation.view(), PICTURE))?;
     let mut going = Resumable::new(task, simulation, measures);
@@ -350,10 +359,17 @@ fn left_at_rest(view: &View<'_>) -> Vec<(String, u64)> {
         .collect()
 }
 
-/// Whether it was judged if means change, or no figure has an error.
+/// Whether it was judged if means change, or no figure has an error. The collision rate of all
+/// bodies, which every run measures, does not stand for the kicks on one of them.
 fn is_judged(figures: &[Figure]) -> bool {
-    let has_error = figures.iter().any(|figure| figure.standard_error.is_some());
-    !has_error || figures.iter().any(|figure| figure.stationarity.is_some())
+    let with_errors = || {
+        figures
+            .iter()
+            .filter(|figure| figure.standard_error.is_some())
+    };
+    let is_judged = |figure: &Figure| judged(figure).is_some();
+    let mut kicks = with_errors().filter(|figure| is_rate_of_kicks(figure));
+    kicks.all(is_judged) && (with_errors().next().is_none() || with_errors().any(is_judged))
 }
 
 /// The reactions that are or have been in force, by names that differ, and what they have done.
@@ -470,7 +486,7 @@ impl RunOutcome {
         notes.extend(few_samples_in_words(&self.results.figures));
         if !is_judged(&self.results.figures) {
             notes.push(format!(
-                "Whether the means change was not judged: it takes {MIN_JUDGED} samples or more."
+                "Whether the means change was not judged: it takes {MIN_JUDGED} samples of a measure or more."
             ));
         }
         notes
@@ -480,7 +496,10 @@ impl RunOutcome {
     pub fn summary(&self, title: String, method: &Method) -> Summary {
         let mut figures = self.system_figures();
         figures.retain(is_shown);
-        figures.extend(self.results.figures.iter().cloned());
+        figures.extend(self.results.figures.iter().map(|figure| Figure {
+            stationarity: judged(figure),
+            ..figure.clone()
+        }));
         if let Some((guarded, share)) = self.guarded {
             figures.push(Figure::new(
                 "contacts that the guard against collapse raised",

@@ -390,80 +390,94 @@ pub fn refuse_unknown_tags(scene: &Scene, carried: impl IntoIterator<Item = Stri
     carried.extend(given.cloned());
     refuse_unknown_rules("elasticity", &scene.elasticity, &carried)?;
     for (index, stage) in scene.stage.iter().enumerate() {
-        let known = |carried: &BTreeSet<String>, entry: &str, tag: &str| {
-            ensure!(
-                carried.contains(tag),
-                "stage[{index}].{entry}: no body carries the tag {tag:?} at that time{}",
-                did_you_mean(tag, carried.iter().map(String::as_str))
-            );
-            Ok(())
-        };
-        let given = stage
-            .reaction
-            .iter()
-            .flatten()
-            .flat_map(ReactionSpec::given_tags);
-        carried.extend(given.cloned());
-        for tag in &stage.remove {
-            known(&carried, "remove", tag)?;
+        CarriedTags {
+            stage: index,
+            tags: &mut carried,
         }
-        carried.extend(
-            stage
-                .add
-                .iter()
-                .flat_map(|molecule| molecule.tags.iter().cloned()),
-        );
-        carried.extend(
-            stage
-                .add_wall
-                .iter()
-                .flat_map(|wall| wall.tags.iter().cloned()),
-        );
-        for (number, set) in stage.move_wall.iter().enumerate() {
-            known(&carried, &format!("move_wall[{number}]"), &set.tag)?;
-        }
-        for (number, set) in stage.push_piston.iter().enumerate() {
-            known(&carried, &format!("push_piston[{number}]"), &set.tag)?;
-        }
-        for (number, relabel) in stage.tag.iter().enumerate() {
-            if !relabel.of.is_empty() {
-                known(&carried, &format!("tag[{number}]"), &relabel.of)?;
-            }
-            carried.insert(relabel.name.clone());
-        }
-        for (number, relabel) in stage.untag.iter().enumerate() {
-            if !relabel.of.is_empty() {
-                known(&carried, &format!("untag[{number}]"), &relabel.of)?;
-            }
-            known(&carried, &format!("untag[{number}]"), &relabel.name)?;
-        }
-        if let Some(elasticity) = &stage.elasticity {
-            refuse_unknown_rules(&format!("stage[{index}].elasticity"), elasticity, &carried)?;
-        }
-        let named = [
-            ("unbond", &stage.unbond),
-            ("lock", &stage.lock),
-            ("unlock", &stage.unlock),
-        ];
-        let named = named
-            .into_iter()
-            .flat_map(|(entry, tags)| tags.iter().map(move |tag| (entry, tag)));
-        for (entry, tag) in named {
-            known(&carried, entry, tag)?;
-        }
-        for (number, heat) in stage.set_energy.iter().enumerate() {
-            known(&carried, &format!("set_energy[{number}]"), &heat.tag)?;
-        }
-        for (number, set) in stage.set_velocity.iter().enumerate() {
-            if !set.tag.is_empty() {
-                known(&carried, &format!("set_velocity[{number}]"), &set.tag)?;
-            }
-        }
-        for (number, thermostat) in stage.thermostat.iter().enumerate() {
-            known(&carried, &format!("thermostat[{number}]"), &thermostat.tag)?;
-        }
+        .follow(stage)?;
     }
     Ok(())
+}
+
+/// The tags that bodies carry in a stage.
+struct CarriedTags<'a> {
+    /// Index of the stage.
+    stage: usize,
+    tags: &'a mut BTreeSet<String>,
+}
+
+impl CarriedTags<'_> {
+    /// Adds the tags that the stage gives, and refuses those that it needs but no body carries, in
+    /// the order of its edits.
+    fn follow(&mut self, stage: &StageSpec) -> Result<()> {
+        let reactions = stage.reaction.iter().flatten();
+        self.add(reactions.flat_map(ReactionSpec::given_tags));
+        self.require_all("remove", &stage.remove)?;
+        self.add(stage.add.iter().flat_map(|molecule| &molecule.tags));
+        self.add(stage.add_wall.iter().flat_map(|wall| &wall.tags));
+        self.require_each("move_wall", stage.move_wall.iter().map(|set| &set.tag))?;
+        self.require_each("push_piston", stage.push_piston.iter().map(|set| &set.tag))?;
+        for (number, relabel) in stage.tag.iter().enumerate() {
+            self.require_if_given(&format!("tag[{number}]"), &relabel.of)?;
+            self.add([&relabel.name]);
+        }
+        for (number, relabel) in stage.untag.iter().enumerate() {
+            let entry = format!("untag[{number}]");
+            self.require_if_given(&entry, &relabel.of)?;
+            self.require(&entry, &relabel.name)?;
+        }
+        if let Some(elasticity) = &stage.elasticity {
+            let entry = format!("stage[{}].elasticity", self.stage);
+            refuse_unknown_rules(&entry, elasticity, self.tags)?;
+        }
+        self.require_all("unbond", &stage.unbond)?;
+        self.require_all("lock", &stage.lock)?;
+        self.require_all("unlock", &stage.unlock)?;
+        self.require_each("set_energy", stage.set_energy.iter().map(|heat| &heat.tag))?;
+        for (number, set) in stage.set_velocity.iter().enumerate() {
+            self.require_if_given(&format!("set_velocity[{number}]"), &set.tag)?;
+        }
+        self.require_each("thermostat", stage.thermostat.iter().map(|one| &one.tag))
+    }
+
+    fn add<'a>(&mut self, tags: impl IntoIterator<Item = &'a String>) {
+        self.tags.extend(tags.into_iter().cloned());
+    }
+
+    /// Refuses a tag that no body carries.
+    fn require(&self, entry: &str, tag: &str) -> Result<()> {
+        ensure!(
+            self.tags.contains(tag),
+            "stage[{}].{entry}: no body carries the tag {tag:?} at that time{}",
+            self.stage,
+            did_you_mean(tag, self.tags.iter().map(String::as_str))
+        );
+        Ok(())
+    }
+
+    /// Refuses a tag that no body carries; an empty one stands for all bodies.
+    fn require_if_given(&self, entry: &str, tag: &str) -> Result<()> {
+        if tag.is_empty() {
+            return Ok(());
+        }
+        self.require(entry, tag)
+    }
+
+    fn require_all(&self, entry: &str, tags: &[String]) -> Result<()> {
+        tags.iter().try_for_each(|tag| self.require(entry, tag))
+    }
+
+    /// Refuses tags that no body carries, of which each has an entry of its own.
+    fn require_each<'a>(
+        &self,
+        entry: &str,
+        tags: impl IntoIterator<Item = &'a String>,
+    ) -> Result<()> {
+        for (number, tag) in tags.into_iter().enumerate() {
+            self.require(&format!("{entry}[{number}]"), tag)?;
+        }
+        Ok(())
+    }
 }
 
 fn refuse_unknown_rules(

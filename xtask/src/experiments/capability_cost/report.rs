@@ -80,7 +80,7 @@ fn sentences(results: &CostResults) -> Vec<String> {
             capability.about(CapabilityLevel::Used),
         ))
     };
-    Capability::ALL.into_iter().filter_map(sentence).collect()
+    Capability::all().filter_map(sentence).collect()
 }
 
 /// The page.

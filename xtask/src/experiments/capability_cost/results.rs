@@ -60,7 +60,7 @@ impl CostResults {
 
     pub fn checks(&self) -> Vec<Check> {
         let mut checks = Vec::new();
-        for capability in Capability::ALL {
+        for capability in Capability::all() {
             if let Some(share) = self
                 .absent(capability)
                 .filter(|_| !capability.sources().is_empty())

@@ -78,91 +78,96 @@ impl Watcher {
     }
 
     pub(super) fn compare_sums(&mut self, view: &View<'_>) {
-        let ledger = view.ledger();
         self.keep_largest_entry(view);
         let scale = self.largest_entry.max(self.largest_energy);
+        if scale > 1e-280 {
+            self.compare_energies(view, scale);
+        }
+        self.compare_momentum(view);
+    }
+
+    /// Compares the energy of the view and the ledger with the reports, where `scale` is the
+    /// largest energy so far (mass × length² / time²).
+    fn compare_energies(&mut self, view: &View<'_>, scale: f64) {
         let epochs = self.rounding_epochs();
         let allowed = 16.0 * f64::EPSILON * (self.entries + epochs) * scale;
-        let resolved = scale > 1e-280;
-        let falls = self
-            .bodies
-            .values()
-            .map(|body| self.fall(body, view.time()));
-        let [fallen, fallen_error] = falls.fold(
+        let fallen = self.total_fall(view.time());
+        self.compare_ledger(view, fallen, allowed);
+        // The motions of the view have been compared one by one.
+        let own: f64 = view.bodies().map(|body| energy(&body)).sum();
+        let rounding = 16.0 * f64::EPSILON * (16.0 + view.len() as f64) * own;
+        if exceeds((view.energy() - own).abs(), rounding) {
+            self.report.fail(
+                "energy of the view",
+                format!("it is {:e}, that of the bodies {own:e}", view.energy()),
+            );
+        }
+        if self.rules.drag == 0.0 {
+            self.compare_balance(own, fallen, allowed + rounding);
+        }
+    }
+
+    /// The work of gravity, forces and springs on all bodies from the last edit to `time`, and a
+    /// bound on its error (mass × length² / time²).
+    fn total_fall(&self, time: EpochTime) -> [f64; 2] {
+        self.bodies.values().map(|body| self.fall(body, time)).fold(
             [self.fallen, self.fallen_error],
             |[sum, errors], [work, error]| [sum + work, errors + error],
+        )
+    }
+
+    /// Compares the entries of the ledger since the last edit with the sums over all reports, and
+    /// its total with the energy of the view.
+    fn compare_ledger(&mut self, view: &View<'_>, [fallen, fallen_error]: [f64; 2], allowed: f64) {
+        let ledger = view.ledger();
+        let (lost, work) = (
+            ledger.lost - self.lost_before,
+            ledger.work - self.work_before,
         );
+        let fall = ledger.fallen - self.fallen_before;
+        let gain = ledger.wells - self.gained_before;
+        let of_forces = "work of gravity, forces and springs";
         for (name, entry, own, error) in [
-            (
-                "loss",
-                ledger.lost - self.lost_before,
-                self.lost,
-                self.work_error,
-            ),
-            (
-                "work",
-                ledger.work - self.work_before,
-                self.work,
-                self.work_error,
-            ),
-            (
-                "work of gravity, forces and springs",
-                ledger.fallen - self.fallen_before,
-                fallen,
-                fallen_error,
-            ),
-            (
-                "gain in wells",
-                ledger.wells - self.gained_before,
-                self.gained,
-                0.0,
-            ),
+            ("loss", lost, self.lost, self.work_error),
+            ("work", work, self.work, self.work_error),
+            (of_forces, fall, fallen, fallen_error),
+            ("gain in wells", gain, self.gained, 0.0),
         ] {
-            if resolved && exceeds((entry - own).abs(), allowed + error) {
+            if exceeds((entry - own).abs(), allowed + error) {
                 self.report.fail(
                     "ledger",
                     format!("the ledger has a {name} of {entry:e}, the reports of {own:e}"),
                 );
             }
         }
-        if resolved && exceeds((view.energy() - ledger.booked()).abs(), allowed) {
+        let (energy, booked) = (view.energy(), ledger.booked());
+        if exceeds((energy - booked).abs(), allowed) {
             self.report.fail(
                 "ledger",
+                format!("the energy is {energy:e}, the ledger has {booked:e}"),
+            );
+        }
+    }
+
+    /// Compares the growth of the kinetic energy to `own` since the last edit with the work of
+    /// walls and of gravity and the gain in wells, less the losses. `allowed` is the bound on the
+    /// rounding errors of the sums.
+    fn compare_balance(&mut self, own: f64, [fallen, fallen_error]: [f64; 2], allowed: f64) {
+        let given = self.work + fallen + self.gained - self.lost;
+        let off = (own - self.energy_before - given).abs();
+        let allowed = allowed + 2.0 * self.work_error + fallen_error;
+        self.report.keep_worst("balance/bound", off / allowed);
+        if exceeds(off, allowed) {
+            self.report.fail(
+                "balance",
                 format!(
-                    "the energy is {:e}, the ledger has {:e}",
-                    view.energy(),
-                    ledger.booked()
+                    "the energy grew from {:e} to {own:e} with {:e} from walls, {fallen:e} from \
+                     gravity, forces and springs and a loss of {:e}: {off:e} is missing, allowed \
+                     {allowed:e}",
+                    self.energy_before, self.work, self.lost
                 ),
             );
         }
-        // The motions of the view have been compared one by one.
-        let own: f64 = view.bodies().map(|body| energy(&body)).sum();
-        let rounding = 16.0 * f64::EPSILON * (16.0 + view.len() as f64) * own;
-        if resolved && exceeds((view.energy() - own).abs(), rounding) {
-            self.report.fail(
-                "energy of the view",
-                format!("it is {:e}, that of the bodies {own:e}", view.energy()),
-            );
-        }
-        // Kinetic energy grows by the work of walls and of gravity and in wells, less the losses.
-        let given = self.work + fallen + self.gained - self.lost;
-        let off = (own - self.energy_before - given).abs();
-        let allowed = allowed + rounding + 2.0 * self.work_error + fallen_error;
-        if resolved && self.rules.drag == 0.0 {
-            self.report.keep_worst("balance/bound", off / allowed);
-            if exceeds(off, allowed) {
-                self.report.fail(
-                    "balance",
-                    format!(
-                        "the energy grew from {:e} to {own:e} with {:e} from walls, {fallen:e} \
-                         from gravity, forces and springs and a loss of {:e}: {off:e} is missing, \
-                         allowed {allowed:e}",
-                        self.energy_before, self.work, self.lost
-                    ),
-                );
-            }
-        }
-        self.compare_momentum(view);
     }
 
     pub(super) fn compare_momentum(&mut self, view: &View<'_>) {

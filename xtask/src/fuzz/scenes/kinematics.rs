@@ -137,6 +137,16 @@ impl TouchedParts {
         ];
         Self { arms, ..*self }
     }
+
+    /// The placement of the first part relative to the second.
+    fn reversed(self) -> Self {
+        Self {
+            normal: [-self.normal[0], -self.normal[1]],
+            arms: [self.arms[1], self.arms[0]],
+            radii: [self.radii[1], self.radii[0]],
+            ..self
+        }
+    }
 }
 
 /// exp(x) − 1: its series at x/2ᵏ, and k times E(2x) = E(x) (2 + E(x)), of which no term cancels
@@ -537,55 +547,60 @@ fn touch(
     }
     match (part_a, part_b) {
         (BodyPart::Atom(i), BodyPart::Atom(j)) => {
-            let ((offset_a, radius_a), (offset_b, radius_b)) = (a.atoms[i], b.atoms[j]);
-            let arms = [rotated(offset_a, turn_a), rotated(offset_b, turn_b)];
-            let d = along(along(separation, 1.0, arms[1]), -1.0, arms[0]);
-            let distance = length(d);
-            let normal = [d[0] / distance, d[1] / distance];
-            Some(TouchedParts {
-                gap: distance - (radius_a + radius_b),
-                normal,
-                distance,
-                arms,
-                arm_sensitivity: 1.0,
-                radii: [radius_a, radius_b],
-            })
+            let circles = [(a.atoms[i], turn_a), (b.atoms[j], turn_b)];
+            Some(touch_of_circles(circles, separation))
         }
         (BodyPart::Edge(i), BodyPart::Atom(j)) => {
-            let (edge, (offset, radius)) = (a.edges[i], b.atoms[j]);
-            let arm = rotated(offset, turn_b);
-            let place = along(separation, 1.0, arm);
-            let from_middle = along(place, -1.0, rotated(edge.middle, turn_a));
-            let (distance, normal) = from_edge(rotated(edge.half, turn_a), from_middle);
-            Some(TouchedParts {
-                gap: distance - (edge.radius + radius),
-                normal,
-                distance,
-                arms: [along(place, -distance, normal), arm],
-                arm_sensitivity: 1.0,
-                radii: [edge.radius, radius],
-            })
+            let (edge, circle) = ((a.edges[i], turn_a), (b.atoms[j], turn_b));
+            Some(touch_of_edge(edge, circle, separation))
         }
-        (BodyPart::Atom(_), BodyPart::Edge(_)) => {
+        (BodyPart::Atom(i), BodyPart::Edge(j)) => {
+            let (edge, circle) = ((b.edges[j], turn_b), (a.atoms[i], turn_a));
             let back = [-separation[0], -separation[1]];
-            let TouchedParts {
-                gap,
-                normal,
-                distance,
-                arms,
-                arm_sensitivity,
-                radii,
-            } = touch((b, turn_b, part_b), (a, turn_a, part_a), back)?;
-            Some(TouchedParts {
-                gap,
-                normal: [-normal[0], -normal[1]],
-                distance,
-                arms: [arms[1], arms[0]],
-                arm_sensitivity,
-                radii: [radii[1], radii[0]],
-            })
+            Some(touch_of_edge(edge, circle, back).reversed())
         }
         (BodyPart::Edge(_), BodyPart::Edge(_)) => None,
+    }
+}
+
+/// Relative placement of two circles, each an offset and a radius with the rotation of its body.
+fn touch_of_circles(
+    [
+        ((offset_a, radius_a), turn_a),
+        ((offset_b, radius_b), turn_b),
+    ]: [((BodyPair, f64), BodyPair); 2],
+    separation: BodyPair,
+) -> TouchedParts {
+    let arms = [rotated(offset_a, turn_a), rotated(offset_b, turn_b)];
+    let d = along(along(separation, 1.0, arms[1]), -1.0, arms[0]);
+    let distance = length(d);
+    TouchedParts {
+        gap: distance - (radius_a + radius_b),
+        normal: [d[0] / distance, d[1] / distance],
+        distance,
+        arms,
+        arm_sensitivity: 1.0,
+        radii: [radius_a, radius_b],
+    }
+}
+
+/// Relative placement of an edge of A and a circle of B, each with the rotation of its body.
+fn touch_of_edge(
+    (edge, turn_a): (OutlineEdge, BodyPair),
+    ((offset, radius), turn_b): ((BodyPair, f64), BodyPair),
+    separation: BodyPair,
+) -> TouchedParts {
+    let arm = rotated(offset, turn_b);
+    let place = along(separation, 1.0, arm);
+    let from_middle = along(place, -1.0, rotated(edge.middle, turn_a));
+    let (distance, normal) = from_edge(rotated(edge.half, turn_a), from_middle);
+    TouchedParts {
+        gap: distance - (edge.radius + radius),
+        normal,
+        distance,
+        arms: [along(place, -distance, normal), arm],
+        arm_sensitivity: 1.0,
+        radii: [edge.radius, radius],
     }
 }
 

@@ -384,6 +384,54 @@ impl Watcher {
             .sum()
     }
 
+    /// Checks a collision of two bodies, given with their placements before it and the bounds on
+    /// the errors of those (length).
+    fn check_collision(
+        &mut self,
+        contact: &CollisionReport<'_>,
+        [a, b]: [&TrackedBody; 2],
+        [(at_a, error_a), (at_b, error_b)]: [(Placed, f64); 2],
+    ) -> MeasuredContact {
+        if self.have_well(contact) {
+            self.check_touching_in_well(contact);
+        }
+        let factor = self.rules.factor(&a.tags, &b.tags);
+        let outlines = [a, b].map(|body| outline_for(body, factor));
+        let law = self.rules.law(&a.tags, &b.tags);
+        let rules = ContactRules {
+            sides: self.sides,
+            gap: self.gap_bound(&outlines[0], &outlines[1]),
+            law: &law,
+            guarded: self.rules.elasticity.contact_time > 0.0,
+            bounce: self.bounce(contact),
+            accelerated: self.is_accelerated(contact),
+        };
+        let body = |n: usize, placed: Placed, error: f64| contact::ContactBody {
+            outline: &outlines[n],
+            placed,
+            error,
+        };
+        let bodies = [body(0, at_a, error_a), body(1, at_b, error_b)];
+        contact::check(contact, bodies, &rules, &mut self.report)
+    }
+
+    /// Adds the energies of a contact to the sums since the last edit, and keeps the largest entry
+    /// of the ledger.
+    fn add_energies(&mut self, measured: &MeasuredContact) {
+        self.lost += measured.lost;
+        self.work += measured.work;
+        self.work_error += measured.energy_error;
+        let entries = [
+            self.lost_before + self.lost,
+            self.work_before + self.work,
+            self.gained_before + self.gained,
+        ];
+        self.largest_entry = entries
+            .into_iter()
+            .map(f64::abs)
+            .fold(self.largest_entry, f64::max);
+    }
+
     /// Adds a contact to the log, for comparison with another scheduler.
     fn add_to_log(
         &mut self,
@@ -434,56 +482,21 @@ impl Observer for Watcher {
             self.compare_before(&a, &contact.sides[0], time),
             self.compare_before(&b, &contact.sides[1], time),
         ];
-        if contact.bond.is_some() {
-            let measured = self.check_bond(contact, [at_a, at_b], error_a + error_b);
-            self.lost += measured.lost;
-            let lost = (self.lost_before + self.lost).abs();
-            self.largest_entry = self.largest_entry.max(lost);
-            self.track(contact);
-            return self.add_to_log(contact, [at_a.place, at_b.place], &measured);
-        }
-        let factor = self.rules.factor(&a.tags, &b.tags);
-        if factor == 0.0 {
+        if contact.bond.is_none() && self.rules.factor(&a.tags, &b.tags) == 0.0 {
             self.report.fail(
                 "transparent",
                 format!("bodies that do not see each other touch: {contact:?}"),
             );
             return;
         }
-        if contact.is_step {
-            let measured = self.check_step(contact);
-            let gained = (self.gained_before + self.gained).abs();
-            self.largest_entry = self.largest_entry.max(gained);
-            self.track(contact);
-            return self.add_to_log(contact, [at_a.place, at_b.place], &measured);
-        }
-        if self.have_well(contact) {
-            self.check_touching_in_well(contact);
-        }
-        let outlines = [&a, &b].map(|body| outline_for(body, factor));
-        let law = self.rules.law(&a.tags, &b.tags);
-        let rules = ContactRules {
-            sides: self.sides,
-            gap: self.gap_bound(&outlines[0], &outlines[1]),
-            law: &law,
-            guarded: self.rules.elasticity.contact_time > 0.0,
-            bounce: self.bounce(contact),
-            accelerated: self.is_accelerated(contact),
+        let measured = if contact.bond.is_some() {
+            self.check_bond(contact, [at_a, at_b], error_a + error_b)
+        } else if contact.is_step {
+            self.check_step(contact)
+        } else {
+            self.check_collision(contact, [&a, &b], [(at_a, error_a), (at_b, error_b)])
         };
-        let body = |n: usize, placed: Placed, error: f64| contact::ContactBody {
-            outline: &outlines[n],
-            placed,
-            error,
-        };
-        let bodies = [body(0, at_a, error_a), body(1, at_b, error_b)];
-        let measured = contact::check(contact, bodies, &rules, &mut self.report);
-        self.lost += measured.lost;
-        self.work += measured.work;
-        self.work_error += measured.energy_error;
-        self.largest_entry = self
-            .largest_entry
-            .max((self.lost_before + self.lost).abs())
-            .max((self.work_before + self.work).abs());
+        self.add_energies(&measured);
         self.track(contact);
         self.add_to_log(contact, [at_a.place, at_b.place], &measured);
     }

@@ -76,76 +76,20 @@ pub(super) struct Packing<'a> {
     pub species: &'a [Species],
 }
 
-impl<'a> Packing<'a> {
+impl Packing<'_> {
     /// Increases the scales of the molecules, in random order; returns the number of them that are
     /// then still behind the front.
     pub fn grow(&self, scales: &mut [f64], lead: f64, random: &mut Pcg64) -> usize {
-        let smallest = scales.iter().copied().fold(1.0, f64::min);
-        let front = (smallest * (1.0 + lead)).min(1.0);
-        let clearance = CLEARANCE * (front - smallest);
-        let of = |kind: &'a Species| (0..kind.count).map(|index| &**kind.molecule(index));
-        let molecules: Vec<&Molecule> = self.species.iter().flat_map(of).collect();
-        let motions = &self.world.motions;
-        let rotations: Vec<DVec2> = motions
-            .iter()
-            .map(|motion| motion.orientation.cos_sin())
-            .collect();
-        let sites = self.sites(scales, &molecules, front);
-        let sides = self.world.bounds.sides();
-        let margin =
-            (MARGIN * sides.min_element()).max(ROUNDINGS * f64::EPSILON * sides.max_element());
+        let step = GrowthStep::new(self, scales, lead);
+        let front = step.front;
         let mut order: Vec<usize> = (0..scales.len())
             .filter(|&index| scales[index] < front)
             .collect();
         order.shuffle(random);
         for index in order {
-            let body = self.first + index;
-            let scaled = |other: usize| {
-                let rotation = rotations[other];
-                match other.checked_sub(self.first) {
-                    None => Scaled {
-                        molecule: self.world.bodies[other].molecule(),
-                        rotation,
-                        scale: 1.0,
-                    },
-                    Some(gas) => Scaled {
-                        molecule: molecules[gas],
-                        rotation,
-                        scale: scales[gas],
-                    },
-                }
-            };
-            let (own, place) = (scaled(body), motions[body].position);
-            let mut room_left = Room {
-                least: f64::INFINITY,
-                kept: f64::INFINITY,
-                is_free: true,
-            };
-            let reach = (front + clearance) * own.molecule.bounding_radius() + margin;
-            sites.for_each_body_near(self.world, place, reach, |other, separation| {
-                if other == body || !self.see_each_other(body, other) {
-                    return;
-                }
-                let there = scaled(other);
-                let distance = reach + there.scale * there.molecule.bounding_radius();
-                let is_near =
-                    there.molecule.is_wall() || separation.length_squared() <= distance * distance;
-                if is_near {
-                    // Single bodies are held at their places: collisions do not make room there.
-                    let is_held = other < self.first;
-                    let share = if is_held {
-                        1.0
-                    } else {
-                        clearance_share(there.molecule, own.molecule)
-                    };
-                    room_left.reduce(
-                        room(there, own, -separation, margin),
-                        share * clearance,
-                        front,
-                    );
-                }
-            });
-            scales[index] = room_left.scale_after(own.scale, front);
+            scales[index] = step
+                .room_left(self.first + index, scales)
+                .scale_after(scales[index], front);
         }
         scales.iter().filter(|&&scale| scale < front).count()
     }
@@ -164,6 +108,95 @@ impl<'a> Packing<'a> {
             sites.add_with_radius(self.world, self.first + index, radius);
         }
         sites
+    }
+}
+
+/// A step of the growth.
+struct GrowthStep<'a> {
+    packing: &'a Packing<'a>,
+    /// Molecules at scale 1.
+    molecules: Vec<&'a Molecule>,
+    /// Rotations of all bodies.
+    rotations: Vec<DVec2>,
+    sites: Sites,
+    /// The scale beyond which no molecule grows.
+    front: f64,
+    /// Room that a molecule behind the front keeps, as a share of its size at scale 1.
+    clearance: f64,
+    /// Gap between surfaces (length).
+    margin: f64,
+}
+
+impl<'a> GrowthStep<'a> {
+    fn new(packing: &'a Packing<'a>, scales: &[f64], lead: f64) -> Self {
+        let smallest = scales.iter().copied().fold(1.0, f64::min);
+        let front = (smallest * (1.0 + lead)).min(1.0);
+        let of = |kind: &'a Species| (0..kind.count).map(|index| &**kind.molecule(index));
+        let molecules: Vec<&Molecule> = packing.species.iter().flat_map(of).collect();
+        let motions = packing.world.motions.iter();
+        let sides = packing.world.bounds.sides();
+        Self {
+            packing,
+            rotations: motions.map(|motion| motion.orientation.cos_sin()).collect(),
+            sites: packing.sites(scales, &molecules, front),
+            molecules,
+            front,
+            clearance: CLEARANCE * (front - smallest),
+            margin: (MARGIN * sides.min_element())
+                .max(ROUNDINGS * f64::EPSILON * sides.max_element()),
+        }
+    }
+
+    /// A body, of which the molecules have these scales.
+    fn scaled(&self, body: usize, scales: &[f64]) -> Scaled<'a> {
+        let rotation = self.rotations[body];
+        match body.checked_sub(self.packing.first) {
+            None => Scaled {
+                molecule: self.packing.world.bodies[body].molecule(),
+                rotation,
+                scale: 1.0,
+            },
+            Some(gas) => Scaled {
+                molecule: self.molecules[gas],
+                rotation,
+                scale: scales[gas],
+            },
+        }
+    }
+
+    /// The room that its neighbours leave a body.
+    fn room_left(&self, body: usize, scales: &[f64]) -> Room {
+        let (front, clearance, margin) = (self.front, self.clearance, self.margin);
+        let world = self.packing.world;
+        let (own, place) = (self.scaled(body, scales), world.motions[body].position);
+        let mut room_left = Room {
+            least: f64::INFINITY,
+            kept: f64::INFINITY,
+            is_free: true,
+        };
+        let reach = (front + clearance) * own.molecule.bounding_radius() + margin;
+        let sites = &self.sites;
+        sites.for_each_body_near(world, place, reach, |other, separation| {
+            if other == body || !self.packing.see_each_other(body, other) {
+                return;
+            }
+            let there = self.scaled(other, scales);
+            let distance = reach + there.scale * there.molecule.bounding_radius();
+            let is_near =
+                there.molecule.is_wall() || separation.length_squared() <= distance * distance;
+            if is_near {
+                // Single bodies are held at their places: collisions do not make room there.
+                let is_held = other < self.packing.first;
+                let share = if is_held {
+                    1.0
+                } else {
+                    clearance_share(there.molecule, own.molecule)
+                };
+                let touching = room(there, own, -separation, margin);
+                room_left.reduce(touching, share * clearance, front);
+            }
+        });
+        room_left
     }
 }
 

@@ -1,6 +1,6 @@
 //! The stored form of a growth: the scene, and the motion and the scale of each molecule.
 
-use carom_geometry::MAX_MAGNITUDE;
+use carom_geometry::{MAX_MAGNITUDE, PeriodicBox};
 use carom_kinematics::Motion;
 use serde::{Deserialize, Serialize};
 
@@ -61,26 +61,36 @@ impl TryFrom<SavedGrowth> for Growth {
             ));
         }
         let bounds = contents.singles.world.bounds();
-        let is_valid = |motion: &Motion| {
-            let numbers = [
-                motion.velocity.x,
-                motion.velocity.y,
-                motion.angular_velocity,
-            ];
-            numbers.iter().all(|number| number.abs() <= MAX_MAGNITUDE)
-                && motion.time == 0.0
-                && motion.orientation.turns().abs() <= 0.5
-                && bounds.contains(motion.position)
-        };
-        if !motions.iter().all(is_valid) {
+        if !motions.iter().all(|motion| is_in_range(motion, bounds)) {
             return Err(SceneError::GrowthState(
                 "has a molecule out of the box or with a motion out of range",
             ));
         }
-        let is_valid = match state.stage {
-            Stage::Growing => {
-                state.lead > 0.0 && state.lead <= MAX_LEAD && state.period.1.is_finite()
-            }
+        if !state.is_in_range() {
+            return Err(SceneError::GrowthState("has a number out of range"));
+        }
+        Self::assemble(&scene, contents, scales, &motions, state)
+    }
+}
+
+/// Whether a molecule in these bounds can have this motion.
+fn is_in_range(motion: &Motion, bounds: &PeriodicBox) -> bool {
+    let numbers = [
+        motion.velocity.x,
+        motion.velocity.y,
+        motion.angular_velocity,
+    ];
+    numbers.iter().all(|number| number.abs() <= MAX_MAGNITUDE)
+        && motion.time == 0.0
+        && motion.orientation.turns().abs() <= 0.5
+        && bounds.contains(motion.position)
+}
+
+impl State {
+    /// Whether a growth can have this state.
+    fn is_in_range(&self) -> bool {
+        let stage_is_in_range = match self.stage {
+            Stage::Growing => self.lead > 0.0 && self.lead <= MAX_LEAD && self.period.1.is_finite(),
             Stage::Relaxing {
                 done,
                 all,
@@ -95,9 +105,6 @@ impl TryFrom<SavedGrowth> for Growth {
             }
             Stage::Done => true,
         };
-        if !is_valid || state.period.0 > state.steps || state.steps == u64::MAX {
-            return Err(SceneError::GrowthState("has a number out of range"));
-        }
-        Self::assemble(&scene, contents, scales, &motions, state)
+        stage_is_in_range && self.period.0 <= self.steps && self.steps != u64::MAX
     }
 }
