@@ -311,7 +311,8 @@ fn put_rows_before(earlier: &Table, table: &mut Table) {
         "Rows up to t = {until} were measured before the run was saved; means and errors are those of \
          what follows."
     );
-    table.caption = format!("{} {words}", table.caption).trim_start().to_owned();
+    let caption = format!("{} {words}", table.caption);
+    caption.trim_start().clone_into(&mut table.caption);
 }
 
 #[cfg(test)]
