@@ -41,6 +41,14 @@ picture = sim.show()
 picture
 
 # %% [markdown]
+# A live view follows the simulation while it runs, in a notebook:
+#
+# ```python
+# view = carom.live(sim)
+# view.run(until=1.0, every=0.01)
+# ```
+
+# %% [markdown]
 # ## Measures
 #
 # `carom.measures()` lists all. A measure begins now and samples at the interval `every`. Its table

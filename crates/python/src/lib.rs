@@ -13,6 +13,7 @@ mod records;
 mod run_loop;
 mod scene;
 mod simulation;
+mod studies;
 
 use pyo3::prelude::*;
 
@@ -34,5 +35,6 @@ fn _carom(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(records::record_contents, module)?)?;
     module.add_function(wrap_pyfunction!(records::table_pictures, module)?)?;
     module.add_function(wrap_pyfunction!(records::mean_of_series, module)?)?;
+    module.add_function(wrap_pyfunction!(studies::study_point, module)?)?;
     Ok(())
 }

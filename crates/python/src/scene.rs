@@ -111,7 +111,8 @@ pub fn table_of(dictionary: &Bound<'_, PyDict>, depth: usize) -> PyResult<Table>
     Ok(table)
 }
 
-fn value_of(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value> {
+/// A value of a dictionary at a depth of nesting.
+pub fn value_of(value: &Bound<'_, PyAny>, depth: usize) -> PyResult<Value> {
     if depth > MAX_DEPTH {
         return Err(errors::SceneError::new_err(format!(
             "a scene is nested at most {MAX_DEPTH} deep"

@@ -45,6 +45,8 @@ def test_examples_give_what_they_show(name, value, owner):
     for member, package in {"to_ase": "ase", "to_freud": "freud", "to_gsd": "gsd.hoomd", "from_gsd": "gsd.hoomd"}.items():
         if name.endswith(member):
             pytest.importorskip(package)
+    if name == "live" or name.startswith("LiveView"):
+        pytest.importorskip("IPython")
     # The examples of members continue from that of their class.
     names = {} if owner is None else run(owner.__name__, owner, {})
     run(name, value, names)

@@ -38,6 +38,7 @@ pub mod cost;
 mod errors;
 pub mod expect;
 mod hash;
+mod hosts;
 pub mod layout;
 pub mod merge;
 mod missing;

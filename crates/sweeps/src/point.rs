@@ -166,17 +166,23 @@ fn scene_of(base: &Table, keys: &[&str], values: &[Value]) -> Result<Scene> {
     Ok(scene)
 }
 
-/// The seed of a point: that of the study mixed with the hash of the values, in the order of their
-/// keys, so that neither other values nor the order of the entries change it. It has 63 bits, which
-/// TOML can hold.
-fn seed(study: u64, keys: &[&str], values: &[Value]) -> u64 {
+/// The seed of the replicas of a point: that of the study, mixed with the hash of its
+/// [lines](value_lines). It has 63 bits, which TOML can hold.
+pub fn seed(study: u64, keys: &[&str], values: &[Value]) -> u64 {
+    let text = value_lines(keys, values).join("\n");
+    mixed(mixed(study) ^ fnv1a(text.as_bytes())) >> 1
+}
+
+/// The values of a point as lines `key = value` in the order of the keys' names, so that neither
+/// the order of the entries of a study nor its other points change them. 1 and 1.0 are the same.
+pub fn value_lines(keys: &[&str], values: &[Value]) -> Vec<String> {
     let mut lines: Vec<String> = keys
         .iter()
         .zip(values)
         .map(|(key, value)| format!("{key} = {}", plain(value)))
         .collect();
     lines.sort();
-    mixed(mixed(study) ^ fnv1a(lines.join("\n").as_bytes())) >> 1
+    lines
 }
 
 /// A value as text, in which 1 and 1.0 are the same.
@@ -213,6 +219,16 @@ mod tests {
         let scene = one.replica(3);
         assert_eq!((scene.bounds.seed, scene.bounds.replica), (one.seed, 3));
         assert!(i64::try_from(one.seed).is_ok());
+    }
+
+    #[test]
+    fn lines_of_values_are_sorted_and_have_no_exponents() {
+        let list = Value::Array(vec![Value::Integer(1), Value::Float(2.5e-7)]);
+        let values = [list, Value::String("rod:3".to_owned()), Value::Float(3.0)];
+        assert_eq!(
+            value_lines(&["b", "a.0", "c"], &values),
+            ["a.0 = \"rod:3\"", "b = [1, 0.00000025]", "c = 3"]
+        );
     }
 
     #[test]

@@ -23,13 +23,16 @@ use clap::Args;
 use crate::study::{Size, Study};
 
 /// The files in the folder of a job.
-const INPUT: &str = "input.toml";
+pub(crate) const INPUT: &str = "input.toml";
 const ARRAY: &str = "array.sh";
 const MERGE: &str = "merge.sh";
 const SUBMIT: &str = "submit.sh";
-const LOGS: &str = "logs";
-const SHARDS: &str = "shards";
-const ALL: &str = "all";
+pub(crate) const LOGS: &str = "logs";
+pub(crate) const SHARDS: &str = "shards";
+pub(crate) const ALL: &str = "all";
+
+/// The kind of script that an error names.
+const SCRIPT: &str = "a Slurm script";
 
 /// Seconds before the time limit at which a task receives its signal: enough to write checkpoints.
 const LEAD: u32 = 120;
@@ -60,6 +63,17 @@ pub struct SlurmOptions {
     /// One more option of sbatch for all jobs, such as --sbatch=--partition=short; may be repeated
     #[arg(long, value_name = "OPTION", requires = "slurm")]
     pub sbatch: Vec<SbatchOption>,
+    /// Write scripts that run one shard on each host of a list over ssh, and merge them after it.
+    /// The list is a file with one host a line; the hosts share the output folder
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["slurm", "shard", "threads"])]
+    pub hosts: Option<PathBuf>,
+}
+
+impl SlurmOptions {
+    /// Whether scripts are written instead of running.
+    pub(crate) fn is_requested(&self) -> bool {
+        self.slurm || self.hosts.is_some()
+    }
 }
 
 impl Default for SlurmOptions {
@@ -71,6 +85,7 @@ impl Default for SlurmOptions {
             time: TimeLimit("1:00:00".to_owned()),
             cpus: 1,
             sbatch: Vec::new(),
+            hosts: None,
         }
     }
 }
@@ -136,31 +151,8 @@ struct Job {
 /// The folder holds another study, a file cannot be written, or a path has a character that a
 /// script cannot quote: a double quote, a backslash, a control character, or one that is not UTF-8.
 pub fn write(study: &Study, name: &str, choices: &Choices, options: &SlurmOptions) -> Result<()> {
-    let resumption = &choices.resumption;
-    let path = resumption.folder(&format!("out/slurm-{name}"));
-    // Before anything is written.
-    quotable(&std::path::absolute(&path).with_context(|| path.display().to_string())?)?;
-    let there = path.join(INPUT);
-    let is_begun = there.is_file();
-    if is_begun && resumption.existing() != Existing::Replace {
-        study.refuse_other_subject(&Study::read(&there, Size::default())?).with_context(|| {
-            format!(
-                "{} holds the shards of another study: choose another folder with --out, or --force",
-                path.display()
-            )
-        })?;
-    }
-    let folder = Folder::create(
-        &path,
-        if is_begun {
-            Existing::Replace
-        } else {
-            resumption.existing()
-        },
-    )?;
-    // Slurm does not create the folder of the logs; without it tasks fail and say nothing.
-    folder.inner(LOGS)?;
-    folder.write_lasting(INPUT, study.text())?;
+    let path = choices.resumption.folder(&format!("out/slurm-{name}"));
+    let folder = job_folder(study, &path, choices, SCRIPT)?;
     let job = Job {
         program: std::env::current_exe().context("the path of this program is unknown")?,
         name: name.to_owned(),
@@ -179,12 +171,51 @@ pub fn write(study: &Study, name: &str, choices: &Choices, options: &SlurmOption
     Ok(())
 }
 
+/// The folder of a job of a kind of script, with a copy of the study and a folder for logs.
+///
+/// # Errors
+/// The folder holds another study, a file cannot be written, or a script cannot quote the path.
+pub(crate) fn job_folder(
+    study: &Study,
+    path: &Path,
+    choices: &Choices,
+    script: &str,
+) -> Result<Folder> {
+    // Before anything is written.
+    let absolute = std::path::absolute(path).with_context(|| path.display().to_string())?;
+    quotable(&absolute, script)?;
+    let resumption = &choices.resumption;
+    let there = path.join(INPUT);
+    let is_begun = there.is_file();
+    if is_begun && resumption.existing() != Existing::Replace {
+        study.refuse_other_subject(&Study::read(&there, Size::default())?).with_context(|| {
+            format!(
+                "{} holds the shards of another study: choose another folder with --out, or --force",
+                path.display()
+            )
+        })?;
+    }
+    let folder = Folder::create(
+        path,
+        if is_begun {
+            Existing::Replace
+        } else {
+            resumption.existing()
+        },
+    )?;
+    // Slurm and the shell do not create the folder of the logs; without it tasks fail and say
+    // nothing.
+    folder.inner(LOGS)?;
+    folder.write_lasting(INPUT, study.text())?;
+    Ok(folder)
+}
+
 impl Job {
     fn array_script(&self, options: &SlurmOptions) -> Result<String> {
         let shards = [
             ("count", options.array_size.to_string()),
             ("lead", LEAD.to_string()),
-            ("study", quoted(&self.folder.join(INPUT))?),
+            ("study", quoted(&self.folder.join(INPUT), SCRIPT)?),
             (
                 "checkpoint_every",
                 self.checkpoint_every.as_secs_f64().to_string(),
@@ -197,7 +228,7 @@ impl Job {
     }
 
     fn merge_script(&self, options: &SlurmOptions) -> Result<String> {
-        let all = [("all", quoted(&self.folder.join(ALL))?)];
+        let all = [("all", quoted(&self.folder.join(ALL), SCRIPT)?)];
         Ok(filled(
             include_str!("slurm/merge.sh"),
             &[&all[..], &self.common(options)?].concat(),
@@ -205,7 +236,7 @@ impl Job {
     }
 
     fn submit_script(&self) -> Result<String> {
-        let [array, merge] = [ARRAY, MERGE].map(|name| quoted(&self.folder.join(name)));
+        let [array, merge] = [ARRAY, MERGE].map(|name| quoted(&self.folder.join(name), SCRIPT));
         Ok(filled(
             include_str!("slurm/submit.sh"),
             &[("array", array?), ("merge", merge?)],
@@ -227,17 +258,17 @@ impl Job {
             // Slurm replaces what follows a per cent sign.
             (
                 "logs",
-                quotable(&self.folder.join(LOGS))?.replace('%', "%%"),
+                quotable(&self.folder.join(LOGS), SCRIPT)?.replace('%', "%%"),
             ),
-            ("shards", quoted(&self.folder.join(SHARDS))?),
-            ("program", quoted(&self.program)?),
+            ("shards", quoted(&self.folder.join(SHARDS), SCRIPT)?),
+            ("program", quoted(&self.program, SCRIPT)?),
             ("options", more.join("\n")),
         ])
     }
 }
 
 /// A script with a value in the place of each `@name@`. Values are not searched for further names.
-fn filled(script: &str, values: &[(&str, String)]) -> String {
+pub(crate) fn filled(script: &str, values: &[(&str, String)]) -> String {
     let mut filled = String::with_capacity(script.len());
     let mut rest = script;
     while let Some((before, after)) = rest.split_once('@') {
@@ -257,14 +288,19 @@ fn filled(script: &str, values: &[(&str, String)]) -> String {
     filled + rest
 }
 
-/// A path as one word of the shell.
-fn quoted(path: &Path) -> Result<String> {
-    Ok(format!("'{}'", quotable(path)?.replace('\'', r"'\''")))
+/// A path as one word of the shell in a kind of script.
+pub(crate) fn quoted(path: &Path, script: &str) -> Result<String> {
+    Ok(word(quotable(path, script)?))
+}
+
+/// A text as one word of the shell.
+pub(crate) fn word(text: &str) -> String {
+    format!("'{}'", text.replace('\'', r"'\''"))
 }
 
 /// The text of a path that both the shell and the directives of sbatch read as it is. sbatch has no
 /// escape for the characters that are refused.
-fn quotable(path: &Path) -> Result<&str> {
+pub(crate) fn quotable<'a>(path: &'a Path, script: &str) -> Result<&'a str> {
     let text = path
         .to_str()
         .with_context(|| format!("the path {} is not valid UTF-8", path.display()))?;
@@ -274,7 +310,7 @@ fn quotable(path: &Path) -> Result<&str> {
     {
         None => Ok(text),
         Some(refused) => bail!(
-            "the path {text:?} has the character {refused:?}, which a Slurm script cannot quote: choose \
+            "the path {text:?} has the character {refused:?}, which {script} cannot quote: choose \
              another folder with --out, without double quotes, backslashes and control characters"
         ),
     }
@@ -320,6 +356,7 @@ mod tests {
             time,
             cpus: 2,
             sbatch: vec![partition],
+            hosts: None,
         };
         let array = job.array_script(&options).unwrap();
         for line in [
@@ -345,10 +382,13 @@ mod tests {
 
     #[test]
     fn paths_are_one_word_of_the_shell() {
-        let word = quoted(Path::new("/a b/it's $HOME")).unwrap();
+        let word = quoted(Path::new("/a b/it's $HOME"), SCRIPT).unwrap();
         assert_eq!(word, r"'/a b/it'\''s $HOME'");
         for safe in ["/a;b", "/`c`", "/100%", "/é", "/a@b"] {
-            assert_eq!(quoted(Path::new(safe)).unwrap(), format!("'{safe}'"));
+            assert_eq!(
+                quoted(Path::new(safe), SCRIPT).unwrap(),
+                format!("'{safe}'")
+            );
         }
     }
 
@@ -362,7 +402,7 @@ mod tests {
             ("/a\tb", r"'\t'"),
             ("/a\u{1b}b", r"'\u{1b}'"),
         ] {
-            let error = quoted(Path::new(path)).unwrap_err().to_string();
+            let error = quoted(Path::new(path), SCRIPT).unwrap_err().to_string();
             assert!(
                 error.contains(&format!("the character {character},")),
                 "{path:?}: {error}"

@@ -23,7 +23,7 @@ use clap::Args;
 use rayon::{ThreadPool, prelude::*};
 
 use crate::{
-    cost,
+    cost, hosts,
     layout::{SweepFolder, by_point, is_sweep},
     report::{self, Remarks},
     results::damaged,
@@ -72,7 +72,7 @@ pub struct How {
 impl How {
     /// Whether the command does the whole work of a study, and so writes its results.
     pub(crate) fn is_whole(&self) -> bool {
-        self.shard.is_none() && !self.slurm.slurm
+        self.shard.is_none() && !self.slurm.is_requested()
     }
 
     /// The options that change the results or their folder, as words of a command.
@@ -148,6 +148,10 @@ pub(crate) fn run(path: &Path, options: &SweepOptions) -> Result<Verdict> {
 /// signal has been received. What has ended is kept.
 pub fn run_study(named: &Named<'_>, how: &How) -> Result<Verdict> {
     let study = named.study;
+    if let Some(list) = &how.slurm.hosts {
+        hosts::write(study, named.name, &how.choices, list)?;
+        return Ok(Verdict::Passed);
+    }
     if how.slurm.slurm {
         slurm::write(study, named.name, &how.choices, &how.slurm)?;
         return Ok(Verdict::Passed);

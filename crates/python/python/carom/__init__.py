@@ -19,6 +19,7 @@ Lengths, masses and times are in the units of the scene; angles are in radians.
 from ._carom import __version__
 from ._collisions import COLLISION, Collision
 from ._contact import FirstContact, first_contact
+from ._dynamo import from_dynamo
 from ._errors import (
     BusyError,
     CaromError,
@@ -32,6 +33,7 @@ from ._errors import (
 )
 from ._html import Html
 from ._imports import from_gsd, from_lammps
+from ._live import LiveView, live
 from ._molecule import ExposedArc, ExposedSide, Molecule
 from ._replicas import measures, replicas, run
 from ._results import Column, Figure, Results, Table, estimate, open_run
@@ -52,6 +54,7 @@ __all__ = [
     "Figure",
     "FirstContact",
     "Html",
+    "LiveView",
     "Measure",
     "MeasureError",
     "Molecule",
@@ -68,8 +71,10 @@ __all__ = [
     "__version__",
     "estimate",
     "first_contact",
+    "from_dynamo",
     "from_gsd",
     "from_lammps",
+    "live",
     "load",
     "measures",
     "open_run",

@@ -24,6 +24,7 @@ __all__ = [
     "scene_of",
     "scene_of_file",
     "scene_of_text",
+    "study_point",
     "table_pictures",
     "tables_of",
 ]
@@ -62,6 +63,7 @@ def table_pictures(bytes: bytes, name: str) -> list[str]: ...
 def mean_of_series(
     values: _Floats, weights: _Floats
 ) -> tuple[float, float | None, bool | None]: ...
+def study_point(seed: int, values: dict[str, Any]) -> tuple[str, int]: ...
 @final
 class MoleculeCore:
     def __new__(cls, atoms: list[list[float]]) -> MoleculeCore: ...

@@ -1,4 +1,7 @@
-"""Scenes from files of other programs: GSD (HOOMD), and data files and dumps of LAMMPS."""
+"""Scenes from files of other programs: GSD (HOOMD), and data files and dumps of LAMMPS.
+
+Configurations of DynamO have a module of their own.
+"""
 
 from __future__ import annotations
 

@@ -7,9 +7,9 @@ import os
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
-from decimal import Decimal
 from typing import TYPE_CHECKING, Any, Union
 
+from . import _carom
 from ._errors import SceneError
 from ._plain import plain, whole
 from ._progress import counted
@@ -111,16 +111,16 @@ class Study:
         axes = [_axis(keys, values) for keys, values in vary.items()]
         self._points: list[tuple[dict[str, Any], str, Scene]] = []
         seen: set[str] = set()
+        base_seed = base.tables["box"]["seed"]
         for choice in itertools.product(*axes):
             values = dict(itertools.chain.from_iterable(choice))
             if len(values) < sum(map(len, choice)):
                 raise ValueError(f"`vary` has a key twice: {', '.join(k for part in choice for k, _ in part)}")
-            lines = sorted(f"{key} = {_text(value)}" for key, value in values.items())
-            label = ", ".join(lines)
+            label, seed = _carom.study_point(base_seed, values)
             if label in seen:
                 raise ValueError(f"point {label} occurs twice: `replicas` gives more runs of a point")
             seen.add(label)
-            self._points.append((values, label, _scene_of(base, values, label, "\n".join(lines))))
+            self._points.append((values, label, _scene_of(base, values, label, seed)))
 
     @property
     def points(self) -> list[dict[str, Any]]:
@@ -208,11 +208,11 @@ def _axis(keys: Keys, values: Sequence[Any]) -> list[tuple[tuple[str, Any], ...]
     return [tuple(zip(names, row)) for row in rows]
 
 
-def _scene_of(base: Scene, values: Mapping[str, Any], label: str, lines: str) -> Scene:
+def _scene_of(base: Scene, values: Mapping[str, Any], label: str, seed: int) -> Scene:
     tables = base.tables
     for path, value in values.items():
         _put(tables, path, value)
-    tables["box"]["seed"] = _mixed(_mixed(tables["box"]["seed"]) ^ _fnv1a(lines.encode())) >> 1
+    tables["box"]["seed"] = seed
     try:
         scene = Scene(tables)
     except SceneError as error:
@@ -242,31 +242,3 @@ def _index(place: Any, key: str, path: str) -> int:
     if not key.isdecimal() or int(key) >= len(place):
         raise SceneError(f"`{path}`: {key!r} is no entry of a list of {len(place)} entries, numbered from 0")
     return int(key)
-
-
-def _text(value: Any) -> str:
-    """A value as `carom sweep` writes it: 1 and 1.0 are the same, and no number has an exponent."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, (int, float)):
-        digits = format(Decimal(repr(float(value))), "f")
-        return digits.removesuffix(".0")
-    if isinstance(value, list):
-        return f"[{', '.join(map(_text, value))}]"
-    return f'"{value}"' if isinstance(value, str) else str(value)
-
-
-def _fnv1a(text: bytes) -> int:
-    """The hash FNV-1a with 64 bits."""
-    found = 0xCBF29CE484222325
-    for byte in text:
-        found = (found ^ byte) * 0x100000001B3 % 2**64
-    return found
-
-
-def _mixed(number: int) -> int:
-    """The output function of SplitMix64."""
-    z = (number + 0x9E3779B97F4A7C15) % 2**64
-    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9 % 2**64
-    z = (z ^ (z >> 27)) * 0x94D049BB133111EB % 2**64
-    return z ^ (z >> 31)

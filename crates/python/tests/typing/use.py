@@ -40,4 +40,7 @@ sim.set_transparent(["gas", ("gas", "x")])
 carom.load("x").run(1)
 carom.open_run("y")["x"]
 read = carom.from_gsd("a.gsd", 0, radius={"A": 0.1}), carom.from_lammps("a.data", radius={1: 0.1}, mass=1.0)
-print(read[0].replaced(seed=1))
+print(read[0].replaced(seed=1), carom.from_dynamo("a.xml").tables)
+view: carom.LiveView = carom.live(sim, size=320)
+view.run(until=4.0, every=0.1, rate=30)
+view.update()
