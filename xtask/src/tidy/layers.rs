@@ -70,7 +70,15 @@ const ARROWS: [(&str, &[&str]); 17] = [
     ),
     (
         "python",
-        &["carom", "detection", "methods", "tables", "report", "runs"],
+        &[
+            "carom",
+            "detection",
+            "methods",
+            "tables",
+            "report",
+            "runs",
+            "sweeps",
+        ],
     ),
     (
         "testkit",

@@ -238,7 +238,10 @@ impl Measures {
     /// Memory that the sums of the blocks of all measures take at the end of the run (bytes), in a
     /// checkpoint about as much.
     pub(crate) fn bytes_of_blocks(&self, run: &RunSpec) -> u64 {
-        self.list.iter().map(|entry| entry.bytes_of_blocks(run)).sum()
+        self.list
+            .iter()
+            .map(|entry| entry.bytes_of_blocks(run))
+            .sum()
     }
 
     /// The size of each measure in a checkpoint (bytes).

@@ -27,8 +27,8 @@ pub use contents::{FolderState, MEASURED_FROM, RUNS};
 pub use stationarity_in_words::{few_samples_in_words, judged, stationarity_in_words};
 pub use tables_file::write as write_tables;
 pub use tests_in_words::tests_in_words;
-pub use verdict::{FIXED_BODIES, NOT_EXACT};
 pub(crate) use verdict::is_rate_of_kicks;
+pub use verdict::{FIXED_BODIES, NOT_EXACT};
 
 use crate::{
     output::{Folder, MANIFEST},

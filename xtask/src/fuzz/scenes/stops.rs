@@ -177,7 +177,7 @@ mod tests {
         let flight = stops.flight(piston(0.25, 0.5, 0.0), 3.0.into());
         assert_eq!((flight.count, flight.state.velocity), (2, 0.125));
         assert_eq!(flight.state.time.to_f64(), 2.75);
-        assert_eq!(flight.lost, 0.5 * (0.25 - 0.015625));
+        assert_eq!(flight.lost, 0.5 * (0.25 - 1.0 / 64.0));
     }
 
     #[test]
