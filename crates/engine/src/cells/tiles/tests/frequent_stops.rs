@@ -172,6 +172,7 @@ fn a_window_that_is_given_up_changes_no_bit() {
 
 #[test]
 fn edits_within_a_window_change_no_bit() {
+    let mut given_up = Vec::new();
     for (name, scene, until) in scenes() {
         let elasticity = |default: f64, contact_time: f64| ElasticitySpec {
             default,
@@ -209,10 +210,16 @@ fn edits_within_a_window_change_no_bit() {
         let (found, tiles) = without_work(run(&scene, &tiling, until, 60, edit));
         assert_same(name, &expected, &found, &tiles);
         assert!(
-            expected.ledger.lost != 0.0 && tiles.given_up > 2,
+            expected.ledger.lost != 0.0 && tiles.given_up > 0,
             "{name}: {tiles:?}"
         );
+        given_up.push(tiles.given_up);
     }
+    // Most edits are within a window.
+    assert!(
+        given_up.iter().sum::<u64>() > 2 * given_up.len() as u64,
+        "{given_up:?}"
+    );
 }
 
 #[test]
