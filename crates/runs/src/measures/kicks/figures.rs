@@ -13,7 +13,7 @@ use super::{
     },
     Kicks, Prediction,
     few_discs::{self, FewDiscs},
-    mirror::Mirror,
+    mirror::{Mirror, directions_of_sides},
     surroundings::Surroundings,
 };
 
@@ -424,17 +424,22 @@ fn mirror_of_directions(kicks: &Kicks, context: &Context<'_>) -> Option<Figure> 
     if count < MIN_BLOCKS {
         return None;
     }
-    let square = |(one, other): (usize, usize)| {
-        let differences = blocks
-            .clone()
-            .map(|block| (block[one][0] - block[other][0], block[one][1]));
+    let square = |[group, image]: [Vec<usize>; 2]| {
+        let number = |block: &[[f64; 2]], group: &[usize]| {
+            group.iter().map(|&sector| block[sector][0]).sum::<f64>()
+        };
+        let differences = blocks.clone().map(|block| {
+            let difference = number(block, &group) - number(block, &image);
+            (difference, block[group[0]][1])
+        });
         let Estimate {
             mean,
             standard_error,
         } = Estimate::of_ratio(differences)?;
         (standard_error > 0.0).then(|| (mean / standard_error).powi(2))
     };
-    let pairs = mirror.sectors(kicks.directions().counts().len())?;
+    let sides = directions_of_sides(&kicks.shape.molecule);
+    let pairs = mirror.sectors(kicks.directions().counts().len(), &sides)?;
     let squares: Vec<f64> = pairs.into_iter().filter_map(square).collect();
     let freedom = squares.len().max(1) as f64;
     // With errors from b blocks the deviations follow Student's t, whose mean square is (b − 1)/(b

@@ -24,10 +24,19 @@ const CLOSE: f64 = 1e-9;
 const SAME_ANGLE: f64 = 1e-9;
 
 impl Mirror {
-    /// The axis that moves most parts; of several the one with the smallest angle. `None` if the
-    /// molecule has no mirror symmetry, or is one disc.
+    /// The axis that moves most parts; of several the one with the smallest angle, and of an ellipse
+    /// its longer one. `None` if the molecule has no mirror symmetry, is one disc, or has an ellipse
+    /// among other parts.
     pub fn new(molecule: &Molecule) -> Option<Self> {
         let atoms = molecule.atoms();
+        if let [ellipse, others @ ..] = molecule.ellipses() {
+            let is_alone = others.is_empty() && molecule.edges().is_empty();
+            let along = ellipse.along();
+            return is_alone.then(|| Self {
+                angle: folded(libm::atan2(along.y, along.x)),
+                images: vec![0],
+            });
+        }
         // An axis maps the atom farthest from the centre of mass to an atom as far away.
         let distance = |atom: &Atom| atom.offset().length();
         let first = atoms
@@ -41,8 +50,7 @@ impl Mirror {
             .iter()
             .filter(|atom| distance(atom) > 0.0)
             .filter_map(|atom| {
-                let axis = (0.5 * (angle(first) + angle(atom))).rem_euclid(PI);
-                let axis = if PI - axis < SAME_ANGLE { 0.0 } else { axis };
+                let axis = folded(0.5 * (angle(first) + angle(atom)));
                 Some(Self {
                     angle: axis,
                     images: images(molecule, axis)?,
@@ -72,19 +80,65 @@ impl Mirror {
             .into()
     }
 
-    /// Each sector of directions θ that differs from its mirror image, with that image, once;
-    /// `None` if images of sectors are not sectors.
-    pub fn sectors(&self, sectors: usize) -> Option<Vec<(usize, usize)>> {
+    /// Groups of sectors of directions θ that differ from their mirror image, each with that image,
+    /// once; `None` if images of sectors are not sectors.
+    ///
+    /// Most groups are one sector. All kicks on a straight side have one direction: where it is on
+    /// the border of two sectors, rounding decides which of them counts the kicks, and both are one
+    /// group. `sides` are such directions (radians).
+    pub fn sectors(&self, sectors: usize, sides: &[f64]) -> Option<Vec<[Vec<usize>; 2]>> {
         let shift = 2.0 * self.angle / TAU * sectors as f64;
         let whole = shift.round();
-        ((shift - whole).abs() < SAME_ANGLE * sectors as f64).then(|| {
-            let partner = |sector: usize| (whole as usize + 2 * sectors - 1 - sector) % sectors;
-            (0..sectors)
-                .map(|sector| (sector, partner(sector)))
-                .filter(|(one, other)| one < other)
-                .collect()
-        })
+        let are_sectors = (shift - whole).abs() < SAME_ANGLE * sectors as f64;
+        let partner = |sector: &usize| (whole as usize + 2 * sectors - 1 - sector) % sectors;
+        let groups = grouped(sectors, sides);
+        let pairs = groups.into_iter().filter_map(|group| {
+            let image: Vec<usize> = group.iter().map(partner).collect();
+            (group.iter().min() < image.iter().min()).then_some([group, image])
+        });
+        are_sectors.then(|| pairs.collect())
     }
+}
+
+/// The angle of an axis, from 0 to below π (radians).
+fn folded(angle: f64) -> f64 {
+    let axis = angle.rem_euclid(PI);
+    if PI - axis < SAME_ANGLE { 0.0 } else { axis }
+}
+
+/// All sectors of the turn, those together between which one of these directions is (radians).
+fn grouped(sectors: usize, directions: &[f64]) -> Vec<Vec<usize>> {
+    let width = TAU / sectors as f64;
+    let is_border_of = |sector: usize| {
+        directions.iter().any(|direction| {
+            let off = (direction - sector as f64 * width + PI).rem_euclid(TAU) - PI;
+            off.abs() < SAME_ANGLE
+        })
+    };
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for sector in 0..sectors {
+        match groups.last_mut() {
+            Some(last) if is_border_of(sector) => last.push(sector),
+            _ => groups.push(vec![sector]),
+        }
+    }
+    if groups.len() > 1
+        && is_border_of(0)
+        && let Some(last) = groups.pop()
+    {
+        groups[0].extend(last);
+    }
+    groups
+}
+
+/// The directions of the normals of the straight edges of a molecule, to both sides (radians).
+pub fn directions_of_sides(molecule: &Molecule) -> Vec<f64> {
+    let edges = molecule.edges().iter().filter(|edge| edge.ends().is_some());
+    let normals = edges.map(|edge| edge.along().perp());
+    normals
+        .flat_map(|normal| [normal, -normal])
+        .map(|normal| libm::atan2(normal.y, normal.x))
+        .collect()
 }
 
 /// Index of the image of each part, if each atom has one of equal radius and mass, and each edge
@@ -159,16 +213,11 @@ mod tests {
         assert_eq!(mirror.sides(), [vec![0], vec![2]]);
         // One-degree sectors: 10° to 11° is the mirror image of 169° to 170°, and the sector below
         // 270° of that above.
-        let pairs = mirror.sectors(360).unwrap();
-        assert!(
-            pairs.contains(&(10, 169))
-                && pairs.contains(&(269, 270))
-                && pairs.contains(&(180, 359))
-        );
-        let mut all: Vec<_> = pairs
-            .into_iter()
-            .flat_map(|(one, other)| [one, other])
-            .collect();
+        let pairs = mirror.sectors(360, &[]).unwrap();
+        for (one, other) in [(10, 169), (269, 270), (180, 359)] {
+            assert!(pairs.contains(&[vec![one], vec![other]]));
+        }
+        let mut all: Vec<_> = pairs.into_iter().flatten().flatten().collect();
         all.sort_unstable();
         assert_eq!(all, (0..360).collect::<Vec<_>>());
     }
@@ -179,7 +228,8 @@ mod tests {
         let mirror = Mirror::new(&equal).unwrap();
         assert!((mirror.angle.to_degrees() - 45.0).abs() < 1e-9);
         assert_eq!(mirror.sides(), [vec![0, 1], vec![4, 3]]);
-        assert!(mirror.sectors(360).unwrap().contains(&(0, 89)));
+        let pairs = mirror.sectors(360, &[]).unwrap();
+        assert!(pairs.contains(&[vec![0], vec![89]]));
         assert_eq!(
             Mirror::new(&of_atoms(&[
                 (0.0, 3.0),
@@ -231,6 +281,44 @@ mod tests {
             &[(-1.0, 0.0), (1.0, 0.0), (0.0, 0.3)].map(turned),
         ))
         .unwrap();
-        assert_eq!((mirror.sectors(360), mirror.images), (None, vec![1, 0, 2]));
+        assert_eq!(mirror.sectors(360, &[]), None);
+        assert_eq!(mirror.images, [1, 0, 2]);
+    }
+
+    #[test]
+    fn sectors_on_both_sides_of_the_normal_of_an_edge_are_one() {
+        let corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)].map(DVec2::from);
+        let square = Molecule::polygon(&corners, 1e-6, 1.0).unwrap();
+        let mirror = Mirror::new(&square).unwrap();
+        let sides = directions_of_sides(&square);
+        let pairs = mirror.sectors(72, &sides).unwrap();
+        // In sectors of 5° the normals are the borders of 0, 18, 36 and 54.
+        let group_of = |sector: usize| {
+            let all = pairs.iter().flatten();
+            all.clone().find(|group| group.contains(&sector)).cloned()
+        };
+        for [below, above] in [[71, 0], [17, 18], [35, 36], [53, 54]] {
+            let found = group_of(above);
+            assert_eq!(found, group_of(below), "{above}");
+            assert!(found.is_none_or(|group| group.len() == 2));
+        }
+        assert_eq!(group_of(5).unwrap(), [5]);
+        // A peak in either of the two sectors has its image in the image of both.
+        for pair in &pairs {
+            let [one, other] = pair.each_ref().map(Vec::len);
+            assert_eq!(one, other);
+        }
+    }
+
+    #[test]
+    fn an_ellipse_is_symmetric_about_its_longer_axis() {
+        let mirror = Mirror::new(&Molecule::ellipse([0.2, 0.1], 1.0).unwrap()).unwrap();
+        assert_eq!((mirror.angle, mirror.sides()), (0.0, [vec![], vec![]]));
+        assert!(
+            mirror
+                .sectors(72, &[])
+                .unwrap()
+                .contains(&[vec![3], vec![68]])
+        );
     }
 }
