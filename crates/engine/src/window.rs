@@ -103,8 +103,8 @@ impl TimeWindow {
     }
 }
 
-/// Energies, times of last contacts and number of guarded contacts of a window whose contacts change
-/// the energy.
+/// Energies, times of last contacts and number of guarded contacts of a window whose contacts
+/// change the energy.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct InelasticContacts {
     /// The energies of each contact. In order, so that sums have the same rounding.

@@ -283,8 +283,8 @@ mod tests {
         );
     }
 
-    /// In a flow of the rate 0.5 the rows of a triangular lattice, 0.75^½ apart, are displaced by one
-    /// distance each at the time 2/0.75^½: it is a triangular lattice again, in a tilted box.
+    /// In a flow of the rate 0.5 the rows of a triangular lattice, 0.75^½ apart, are displaced by
+    /// one distance each at the time 2/0.75^½: it is a triangular lattice again, in a tilted box.
     #[test]
     fn a_triangular_lattice_in_a_flow_has_order_one_when_rows_fit_again() {
         let (sides, places) = triangular_lattice(8, 10);

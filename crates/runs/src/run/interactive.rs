@@ -25,7 +25,7 @@ use carom::{
 };
 use carom_methods::{AnySimulation, Method};
 
-pub use super::measured_before::{MEASURED, MeasuredBefore};
+pub use super::measured_before::{MEASURED, MeasuredBefore, NamedFile};
 use super::{
     START, describe,
     measured_before::{ContinuedMeasure, EarlierFiles},
@@ -804,9 +804,6 @@ impl InteractiveRun {
         done
     }
 }
-
-/// The name and the content of a file.
-pub type NamedFile = (String, Vec<u8>);
 
 /// The files of a saved run.
 struct SavedFiles {

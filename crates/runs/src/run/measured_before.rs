@@ -17,7 +17,6 @@ use anyhow::{Context, Result};
 use carom_tables::{Column, Role, Table, with_error};
 use serde::Serialize;
 
-use super::interactive::NamedFile;
 use crate::{
     checkpoint_file::{CheckpointBody, bytes_of, encode},
     measures::{Label, Request, Results, file_name},
@@ -34,6 +33,9 @@ const SERIES: &str = "series";
 /// Kinds of measures whose values count from their start: their rows before and after a save belong
 /// to two curves.
 const COUNTED_FROM_START: [&str; 2] = ["crossings", "running-average"];
+
+/// The name and the content of a file.
+pub type NamedFile = (String, Vec<u8>);
 
 /// What a program has measured of a run until it saves it.
 #[derive(Debug, Default)]

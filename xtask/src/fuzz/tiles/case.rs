@@ -365,8 +365,8 @@ impl TilesCase {
             .collect()
     }
 
-    /// The gravity, if there is a floor; larger distances of contact are refused beside bumpers that
-    /// move in the falling frame.
+    /// The gravity, if there is a floor; larger distances of contact are refused beside bumpers
+    /// that move in the falling frame.
     fn gravity(&self) -> String {
         let is_refused = self.pair_rule == PairRule::Diameter && self.bumpers > 0;
         if self.gravity == 0.0 || self.walls < 2 || is_refused {

@@ -67,8 +67,8 @@ impl Relisting {
 }
 
 impl FixedBodies {
-    /// Lists the fixed bodies of a box in an epoch that ends at `limit`; none if there are none. One
-    /// that moves is listed since a given time (offsets in the epoch, time).
+    /// Lists the fixed bodies of a box in an epoch that ends at `limit`; none if there are none.
+    /// One that moves is listed since a given time (offsets in the epoch, time).
     pub fn new(
         world: &World,
         grid: &CellGrid,

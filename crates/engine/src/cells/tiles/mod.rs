@@ -17,8 +17,8 @@
 //! A wall that moves is listed for a span of time, as in the global order (`multi_cell`), and so is
 //! each fixed body where bodies fall, since all are seen from the falling frame. A window ends no
 //! later than the first of these spans. The next one begins with these bodies listed for their next
-//! span, one after the other, and with predictions of the bodies in the cells that each enters: what
-//! the global order does at that time.
+//! span, one after the other, and with predictions of the bodies in the cells that each enters:
+//! what the global order does at that time.
 //!
 //! # Lemmas
 //!
@@ -60,27 +60,27 @@
 //!    centre of the partner moves on a straight line from one cell of the 3 × 3 around it to
 //!    another, so it is in one of them all the time. The version of the prediction is kept while
 //!    the partner is away, so the prediction stays stale.
-//! 7. **A wall that is not listed in the cell of a body cannot be touched there in the window.** A
-//!    prediction of such a contact is of a later span, in which the wall is listed there; until
+//! 7. **A wall that is not listed in the cell of a body cannot be touched there in the window.**
+//!    A prediction of such a contact is of a later span, in which the wall is listed there; until
 //!    then it is kept, like that of a partner that is away. *Proof.* The window lies in the span,
 //!    and the wall is listed in every cell from which it can be touched in the span.
-//! 8. **Fixed bodies are listed anew in the order of all.** *Proof.* They are, in the order of their
-//!    indices, and nothing else happens at that instant (`Tiles::has_events_at_end_of_spans`); if
-//!    something does, the global order runs this part.
+//! 8. **Fixed bodies are listed anew in the order of all.** *Proof.* They are, in the order of
+//!    their indices, and nothing else happens at that instant
+//!    (`Tiles::has_events_at_end_of_spans`); if something does, the global order runs this part.
 //!
 //! Nothing is assumed of speeds, distances or equilibrium: they decide how often a tile is run
 //! again, never the result. A log holds the changes themselves, not a digest.
 //!
 //! # Ends of a window
 //!
-//! A window ends with the epoch, as in the global order, or with the span of a fixed body that moves. If there are more contacts than the epoch
-//! has left, or if a body becomes so fast that the epoch ends earlier, the window is run again up
-//! to that time. Contacts of a body with two others at one instant, contacts after which the
-//! surfaces separate by rounding alone, and errors are left to the global order, which begins from
-//! the state at the start of the window. Only events in a tile's own cells count for this: those in
-//! its border may be wrong. Of the border count only events at one instant: ties that depend on a
-//! partner beyond it, and more contacts than have an end for certain; and more events of all bodies
-//! than can be expected.
+//! A window ends with the epoch, as in the global order, or with the span of a fixed body that
+//! moves. If there are more contacts than the epoch has left, or if a body becomes so fast that the
+//! epoch ends earlier, the window is run again up to that time. Contacts of a body with two others
+//! at one instant, contacts after which the surfaces separate by rounding alone, and errors are
+//! left to the global order, which begins from the state at the start of the window. Only events in
+//! a tile's own cells count for this: those in its border may be wrong. Of the border count only
+//! events at one instant: ties that depend on a partner beyond it, and more contacts than have an
+//! end for certain; and more events of all bodies than can be expected.
 //!
 //! # Stops within a window
 //!

@@ -24,9 +24,9 @@ const CLOSE: f64 = 1e-9;
 const SAME_ANGLE: f64 = 1e-9;
 
 impl Mirror {
-    /// The axis that moves most parts; of several the one with the smallest angle, and of an ellipse
-    /// its longer one. `None` if the molecule has no mirror symmetry, is one disc, or has an ellipse
-    /// among other parts.
+    /// The axis that moves most parts; of several the one with the smallest angle, and of an
+    /// ellipse its longer one. `None` if the molecule has no mirror symmetry, is one disc, or has
+    /// an ellipse among other parts.
     pub fn new(molecule: &Molecule) -> Option<Self> {
         let atoms = molecule.atoms();
         if let [ellipse, others @ ..] = molecule.ellipses() {
