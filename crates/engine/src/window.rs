@@ -36,7 +36,7 @@ pub struct WindowJob<'a, D, R> {
     pub(crate) instant: f64,
     /// Whether the run ends at a time. If not, the scheduler prepares for single contacts.
     pub(crate) may_use_windows: bool,
-    /// Whether all contacts are elastic.
+    /// Whether all contacts are elastic, and resolved in the frame in which discs fly uniformly.
     pub(crate) all_elastic: bool,
     /// Whether the contacts are reported.
     pub(crate) wants_log: bool,

@@ -70,17 +70,13 @@ mod wall_energy;
 mod wall_pressure;
 mod wells;
 
-use std::{
-    sync::{Mutex, PoisonError},
-    thread,
-};
-
 use anyhow::Result;
 use carom::{
     CollisionReport, Observer, Scene, View,
     engine::{Body, RunSpec},
 };
 use carom_tables::{Figure, Verdict, is_named};
+use rayon::{ThreadPool, ThreadPoolBuilder, prelude::*};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error as _, ser::Error as _};
 use serde_json::json;
 
@@ -171,15 +167,15 @@ const ALWAYS: [&MeasureKind; 3] = [&energy::KIND, &overlap::KIND, &collision_rat
 /// error of the error exceeds 1/√(2 · 32) = 1/8, and runs end where it is small by chance.
 const MIN_BLOCKS: usize = 32;
 
-/// Fewest bodies whose samples are taken by several threads. Fewer: a thread takes longer to start
-/// than a sample.
+/// Fewest bodies whose samples are taken by several threads. Fewer: threads take longer to wake than
+/// a sample takes.
 const MIN_BODIES_FOR_THREADS: usize = 10_000;
 
 /// The measures of a run: those of every run, then those of the scene in its order.
 pub struct Measures {
     list: Vec<Entry>,
-    /// Number of threads that take the samples of a large system.
-    threads: usize,
+    /// The threads that take the samples of a large system; without them, the run does.
+    threads: Option<ThreadPool>,
 }
 
 impl Measures {
@@ -212,13 +208,18 @@ impl Measures {
     }
 
     fn from_list(list: Vec<Entry>) -> Self {
-        Self { list, threads: 1 }
+        Self {
+            list,
+            threads: None,
+        }
     }
 
     /// Lets several threads take the samples of a large system, each those of some measures: a
     /// result depends on its own measure alone, so their number changes no bit.
     pub(crate) fn run_on(&mut self, threads: usize) {
-        self.threads = threads;
+        let pool = (threads > 1).then(|| ThreadPoolBuilder::new().num_threads(threads).build());
+        // If the system has no more threads, the run takes the samples.
+        self.threads = pool.and_then(Result::ok);
     }
 
     /// Their number.
@@ -480,29 +481,13 @@ impl Observer for Measures {
     }
 
     fn sample(&mut self, view: &View<'_>) {
-        let threads = self.threads.min(self.list.len());
-        if threads < 2 || view.bodies().len() < MIN_BODIES_FOR_THREADS {
-            return self.list.iter_mut().for_each(|entry| entry.sample(view));
+        let list = &mut self.list;
+        match &self.threads {
+            Some(threads) if view.bodies().len() >= MIN_BODIES_FOR_THREADS => {
+                threads.install(|| list.par_iter_mut().for_each(|entry| entry.sample(view)));
+            }
+            _ => list.iter_mut().for_each(|entry| entry.sample(view)),
         }
-        let entries = Mutex::new(self.list.iter_mut());
-        let next = || {
-            entries
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .next()
-        };
-        let work = || {
-            while let Some(entry) = next() {
-                entry.sample(view);
-            }
-        };
-        thread::scope(|scope| {
-            for _ in 1..threads {
-                // If the system has no more threads, the others take all samples.
-                let _ = thread::Builder::new().spawn_scoped(scope, work);
-            }
-            work();
-        });
     }
 }
 

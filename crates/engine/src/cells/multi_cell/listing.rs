@@ -82,7 +82,7 @@ impl CellState {
         self.list_body(world, index, now);
         let multi_cell_body = &self.multi_cell.list[index];
         let mut bodies: Vec<u32> = Vec::new();
-        for cell in cells_entered(before, &multi_cell_body.cells) {
+        for cell in cells_entered(&before, &multi_cell_body.cells) {
             bodies.extend(self.bodies_in(cell));
         }
         let neighbours = multi_cell_body.neighbours.iter();
@@ -318,11 +318,12 @@ pub(in crate::cells) fn cells_of_fixed_body(
 }
 
 /// Those of the cells `now` that were not among those `before`, by their indices.
-pub(in crate::cells) fn cells_entered(
-    mut before: Vec<Listed>,
-    now: &[Listed],
-) -> impl Iterator<Item = u32> {
+pub(in crate::cells) fn cells_entered<'a>(
+    before: &[Listed],
+    now: &'a [Listed],
+) -> impl Iterator<Item = u32> + use<'a> {
     let order = |listed: &Listed| (listed.index, listed.image);
+    let mut before = before.to_vec();
     before.sort_unstable_by_key(order);
     now.iter()
         .filter(move |cell| before.binary_search_by_key(&order(cell), order).is_err())

@@ -6,7 +6,7 @@ use super::map::TileMap;
 use crate::{
     cells::{
         cell_grid::CellGrid,
-        multi_cell::{CoveredCells, FixedBodyCells, Listed, cells_of_fixed_body},
+        multi_cell::{CoveredCells, FixedBodyCells, Listed, cells_entered, cells_of_fixed_body},
     },
     world::World,
 };
@@ -36,31 +36,28 @@ struct MovingBody {
 /// The fixed bodies whose spans end at one instant, and which are listed anew then.
 #[derive(Debug, Clone)]
 pub(super) struct Relisting {
-    columns: u32,
     /// In ascending order, as in the global order.
     pub bodies: Vec<RelistedBody>,
     /// All fixed bodies afterwards.
     pub after: FixedBodies,
 }
 
-/// A fixed body, and the cells that list it in two successive spans.
+/// A fixed body, the cells that list it in two successive spans, and those that it enters, by their
+/// indices.
 #[derive(Debug, Clone)]
 pub(super) struct RelistedBody {
     pub body: u32,
     pub before: Vec<Listed>,
     pub after: Vec<Listed>,
+    pub entered: Vec<u32>,
 }
 
 impl Relisting {
-    /// The index of a cell, as in the lists of cells.
-    pub fn index(&self, [column, row]: [u32; 2]) -> u32 {
-        row * self.columns + column
-    }
-
     pub fn heap_bytes(&self) -> usize {
         let of_body = |body: &RelistedBody| {
             size_of::<RelistedBody>()
                 + (body.before.capacity() + body.after.capacity()) * size_of::<Listed>()
+                + body.entered.capacity() * size_of::<u32>()
         };
         self.bodies.iter().map(of_body).sum::<usize>() + self.after.heap_bytes()
     }
@@ -126,16 +123,13 @@ impl FixedBodies {
             after.enter(one.body, &one.listed.cells);
             bodies.push(RelistedBody {
                 body: one.body,
+                entered: cells_entered(&before, &one.listed.cells).collect(),
                 before,
                 after: one.listed.cells.clone(),
             });
         }
         after.moving = moving;
-        Relisting {
-            columns: self.columns,
-            bodies,
-            after,
-        }
+        Relisting { bodies, after }
     }
 
     fn enter(&mut self, body: u32, cells: &[Listed]) {
@@ -148,9 +142,14 @@ impl FixedBodies {
         }
     }
 
+    /// The index of a cell, as in the lists of cells.
+    pub fn index(&self, [column, row]: [u32; 2]) -> u32 {
+        row * self.columns + column
+    }
+
     /// Those listed in a cell, with the image in which its bodies appear in their frame.
-    pub fn in_cell(&self, [column, row]: [u32; 2]) -> impl Iterator<Item = Listed> {
-        let cell = row * self.columns + column;
+    pub fn in_cell(&self, cell: [u32; 2]) -> impl Iterator<Item = Listed> {
+        let cell = self.index(cell);
         (0..self.cells.count(cell)).map(move |place| self.cells.get(cell, place))
     }
 

@@ -21,7 +21,7 @@ use crate::{
         body_record::{BodyRecord, NO_CELL, RecordKind},
         cell_grid::CellGrid,
         frame::{Numbering, TileFrame},
-        multi_cell::{Listed, cells_entered},
+        multi_cell::Listed,
         pair_classes::PairClasses,
         simd::{AvailableInstructions, Kernel, KernelWork, dispatch},
         state::{CellState, EpochConstants},
@@ -433,19 +433,15 @@ impl Workspace {
         for (list, cell) in self.state.neighbour_lists.frame().cells() {
             self.covered
                 .extend(fixed.in_cell(cell).map(|listed| (list, listed)));
-            if let Some(relisting) = task.relisting {
-                self.lists.push((relisting.index(cell), list));
+            if let Some(Relisting { after, .. }) = task.relisting {
+                self.lists.push((after.index(cell), list));
+                self.fixed
+                    .extend(after.in_cell(cell).map(|listed| listed.index));
             }
         }
         self.lists.sort_unstable();
         self.fixed
             .extend(self.covered.iter().map(|(_, listed)| listed.index));
-        for relisted in task.relisting.iter().flat_map(|all| &all.bodies) {
-            let is_here = |cell: &Listed| list_of(&self.lists, cell.index).is_some();
-            if relisted.after.iter().any(is_here) {
-                self.fixed.push(relisted.body);
-            }
-        }
         self.fixed.sort_unstable();
         self.fixed.dedup();
     }
@@ -643,6 +639,7 @@ impl Workspace {
             body,
             before,
             after,
+            entered,
         } in &relisting.bodies
         {
             let Ok(index) = self.state.bodies.0.binary_search(body) else {
@@ -666,8 +663,8 @@ impl Workspace {
                     self.state.neighbour_lists.set_covered(list, true);
                 }
             }
-            let entered = cells_entered(before.clone(), after);
-            let entered = entered.filter_map(|cell| list_of(&self.lists, cell));
+            let entered = entered.iter();
+            let entered = entered.filter_map(|&cell| list_of(&self.lists, cell));
             let mut bodies: Vec<u32> = entered
                 .flat_map(|list| self.state.bodies_in(list))
                 .collect();
