@@ -167,8 +167,8 @@ const ALWAYS: [&MeasureKind; 3] = [&energy::KIND, &overlap::KIND, &collision_rat
 /// error of the error exceeds 1/√(2 · 32) = 1/8, and runs end where it is small by chance.
 const MIN_BLOCKS: usize = 32;
 
-/// Fewest bodies whose samples are taken by several threads. Fewer: threads take longer to wake than
-/// a sample takes.
+/// Fewest bodies whose samples are taken by several threads. Fewer: threads take longer to wake
+/// than a sample takes.
 const MIN_BODIES_FOR_THREADS: usize = 10_000;
 
 /// The measures of a run: those of every run, then those of the scene in its order.
